@@ -1,0 +1,116 @@
+//! The film: per pixel, in f64, the sum and the sum of squares of its samples, added in sample order.
+//!
+//! **Invariant:** a pixel's sums depend on its samples and their order alone, so the same bits come out of any number of
+//! threads, any tile order and any split into passes.
+
+use crate::settings::Crop;
+
+/// What one pixel has gathered, per channel (linear Rec.709 radiance, W sr^-1 m^-2).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pixel {
+    /// Sum of the samples.
+    pub sum: [f64; 3],
+    /// Sum of their squares.
+    pub sum_squares: [f64; 3],
+}
+
+impl Pixel {
+    /// Adds one sample; true if it was finite, else it is left out (and still counts as a sample of value 0).
+    #[inline(always)]
+    pub fn add(&mut self, radiance: [f32; 3]) -> bool {
+        if !radiance.iter().all(|c| c.is_finite()) {
+            return false;
+        }
+        for (channel, value) in radiance.into_iter().enumerate() {
+            let value = value as f64;
+            self.sum[channel] += value;
+            self.sum_squares[channel] += value * value;
+        }
+        true
+    }
+}
+
+/// A sample that was not finite: where it arose. Such samples never reach the film's sums.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NonFinite {
+    /// Column in the whole film.
+    pub x: u32,
+    /// Row in the whole film.
+    pub y: u32,
+    /// Sample number.
+    pub sample: u32,
+    /// The stage that first made a value that is not finite.
+    pub stage: &'static str,
+}
+
+/// The sums of a picture (or of a crop of it), row 0 at the top.
+#[derive(Clone, Debug, Default)]
+pub struct Film {
+    /// Columns held.
+    pub width: u32,
+    /// Rows held.
+    pub height: u32,
+    /// Samples in every pixel.
+    pub spp: u32,
+    /// `width * height` pixels, row by row.
+    pub pixels: Vec<Pixel>,
+    /// The settings of the render, as (key, value), written into EXR headers.
+    pub metadata: Vec<(String, String)>,
+    /// PNG exposure in stops; other formats hold radiance as it is.
+    pub exposure: f64,
+}
+
+impl Film {
+    /// An empty film for `crop`.
+    pub fn new(crop: Crop) -> Film {
+        let pixels = vec![Pixel::default(); crop.width as usize * crop.height as usize];
+        Film { width: crop.width, height: crop.height, pixels, ..Film::default() }
+    }
+
+    /// The mean of a pixel's samples: its radiance, rounded once to f32.
+    pub fn mean(&self, x: u32, y: u32) -> [f32; 3] {
+        let pixel = self.pixel(x, y);
+        pixel.sum.map(|sum| (sum / self.spp.max(1) as f64) as f32)
+    }
+
+    /// The estimated variance of [`Film::mean`], per channel: s^2 / n, 0 where there are fewer than two samples.
+    pub fn variance(&self, x: u32, y: u32) -> [f32; 3] {
+        let (pixel, n) = (self.pixel(x, y), self.spp as f64);
+        if self.spp < 2 {
+            return [0.0; 3];
+        }
+        std::array::from_fn(|c| {
+            let deviations = pixel.sum_squares[c] - pixel.sum[c] * pixel.sum[c] / n;
+            (deviations.max(0.0) / (n - 1.0) / n) as f32
+        })
+    }
+
+    /// The mean radiance of the picture, per channel.
+    pub fn mean_radiance(&self) -> [f64; 3] {
+        let samples = self.pixels.len().max(1) as f64 * self.spp.max(1) as f64;
+        std::array::from_fn(|c| self.pixels.iter().map(|p| p.sum[c]).sum::<f64>() / samples)
+    }
+
+    /// The picture's estimated relative standard error: the root of (mean variance of a pixel's mean) over the mean
+    /// radiance, channels averaged; `None` below two samples or for a black picture.
+    pub fn relative_error(&self) -> Option<f64> {
+        if self.spp < 2 {
+            return None;
+        }
+        let n = self.spp as f64;
+        let (mut variance, mut mean) = (0.0, 0.0);
+        for pixel in &self.pixels {
+            for c in 0..3 {
+                let deviations = pixel.sum_squares[c] - pixel.sum[c] * pixel.sum[c] / n;
+                variance += deviations.max(0.0) / (n - 1.0) / n;
+                mean += pixel.sum[c] / n;
+            }
+        }
+        let values = 3.0 * self.pixels.len() as f64;
+        (mean > 0.0).then(|| (variance / values).sqrt() / (mean / values))
+    }
+
+    fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[y as usize * self.width as usize + x as usize]
+    }
+}

@@ -1,0 +1,17 @@
+//! octray (crate docs follow)
+#![deny(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod bvh;
+pub mod camera;
+pub mod error;
+pub mod film;
+pub mod lanes;
+pub mod math;
+pub mod render;
+pub mod sampler;
+pub mod scene;
+pub mod settings;
+
+pub use error::{Error, Result};
+pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};

@@ -1,0 +1,85 @@
+//! Random numbers with an address: (pixel, sample, block, seed) gives four numbers, for one path and for eight.
+//!
+//! The `independent` sampler is the counter-based generator PCG4D of Jarzynski and Olano, "Hash Functions for GPU
+//! Rendering" (JCGT 9(3), 2020): four words in, four well-mixed words out, nothing remembered. A number is a function of
+//! its address alone, so both engines, every tile order and every thread count draw the same.
+//!
+//! **Addresses.** `pixel` is `y << 16 | x` in the whole film (a crop draws what the whole picture would). Block 0 belongs
+//! to the camera; event `d` (the d-th scattering event, from 0) owns the light block `1 + 2d` and the BSDF block `2 + 2d`.
+
+use crate::lanes::{F32x8, U32x8};
+
+/// The block of the camera: numbers 0, 1 place the ray in the pixel, 2, 3 on the lens.
+pub const CAMERA_BLOCK: u32 = 0;
+
+/// The light block of scattering event `event`: 0 selects the light (all 32 bits), 1, 2 the point on it, 3 is the coin of
+/// the one-sample strategy.
+#[inline(always)]
+pub fn light_block(event: u32) -> u32 {
+    1 + 2 * event
+}
+
+/// The BSDF block of scattering event `event`: 0, 1 the direction, 2 the lobe, 3 Russian roulette.
+#[inline(always)]
+pub fn bsdf_block(event: u32) -> u32 {
+    2 + 2 * event
+}
+
+/// The pixel word of an address; coordinates below 65,536.
+#[inline(always)]
+pub fn pixel_address(x: u32, y: u32) -> u32 {
+    y << 16 | x
+}
+
+/// Four random words for one address (PCG4D).
+#[inline]
+pub fn random_words(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
+    let step = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    let [mut x, mut y, mut z, mut w] = [step(pixel), step(sample), step(block), step(seed)];
+    for round in 0..2 {
+        x = x.wrapping_add(y.wrapping_mul(w));
+        y = y.wrapping_add(z.wrapping_mul(x));
+        z = z.wrapping_add(x.wrapping_mul(y));
+        w = w.wrapping_add(y.wrapping_mul(z));
+        if round == 0 {
+            [x, y, z, w] = [x, y, z, w].map(|v| v ^ v >> 16);
+        }
+    }
+    [x, y, z, w]
+}
+
+/// The upper 24 bits of a word as a number in [0, 1).
+#[inline(always)]
+pub fn unit(word: u32) -> f32 {
+    (word >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// An index below `count` from all 32 bits of a word (`word * count / 2^32`): every index within 2^-32 of `1 / count`.
+#[inline(always)]
+pub fn index_below(word: u32, count: u32) -> u32 {
+    ((word as u64 * count as u64) >> 32) as u32
+}
+
+/// [`random_words`] for eight addresses that share block and seed; same bits.
+#[inline(always)]
+pub fn random_words_x8(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U32x8; 4] {
+    let step = |v: U32x8| v * U32x8::splat(1_664_525) + U32x8::splat(1_013_904_223);
+    let (mut x, mut y) = (step(pixel), step(sample));
+    let (mut z, mut w) = (step(U32x8::splat(block)), step(U32x8::splat(seed)));
+    for round in 0..2 {
+        x = x + y * w;
+        y = y + z * x;
+        z = z + x * y;
+        w = w + y * z;
+        if round == 0 {
+            [x, y, z, w] = [x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16), w ^ (w >> 16)];
+        }
+    }
+    [x, y, z, w]
+}
+
+/// [`unit`] for eight words; same bits.
+#[inline(always)]
+pub fn unit_x8(word: U32x8) -> F32x8 {
+    (word >> 8).to_f32() * F32x8::splat(1.0 / 16_777_216.0)
+}

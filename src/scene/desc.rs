@@ -1,0 +1,109 @@
+//! What a scene says, nothing derived: world-space triangles, materials, camera, environment, render defaults.
+
+use crate::settings::{Lights, Sampler, Strategy};
+
+/// A scene as its files say it, after transforms, before any table is built.
+#[derive(Clone, Debug, Default)]
+pub struct SceneDesc {
+    /// The path it was loaded from, or `builtin:NAME`; used in messages and metadata.
+    pub name: String,
+    /// The camera.
+    pub camera: CameraDesc,
+    /// Film size in pixels (width, height).
+    pub film: (u32, u32),
+    /// What the file's `[render]` table sets.
+    pub render: RenderDesc,
+    /// Vertex positions in world space, scene units; transformed in f64 and rounded once; all finite.
+    pub positions: Vec<[f32; 3]>,
+    /// Triangles in file order after triangulation (n - 2 per polygon); the index is the triangle id. Zero-area
+    /// triangles keep their place here and are left out of the BVH.
+    pub triangles: Vec<TriangleDesc>,
+    /// Materials, indexed by [`TriangleDesc::material`].
+    pub materials: Vec<MaterialDesc>,
+    /// What surrounds the scene, if anything does.
+    pub environment: Option<EnvironmentDesc>,
+    /// What the user should know, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// One triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TriangleDesc {
+    /// Indices into [`SceneDesc::positions`]; counter-clockwise seen from the front.
+    pub vertices: [u32; 3],
+    /// Index into [`SceneDesc::materials`].
+    pub material: u32,
+    /// The file's vertex normals oppose the winding: the front is the clockwise side.
+    pub flipped: bool,
+}
+
+/// A material: how it scatters, what it emits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialDesc {
+    /// Its name in the MTL or TOML file.
+    pub name: String,
+    /// How it scatters (on both sides).
+    pub scattering: Scattering,
+    /// Emitted radiance on the front side, W sr^-1 m^-2, linear Rec.709.
+    pub emission: [f64; 3],
+}
+
+/// How a surface scatters light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scattering {
+    /// Lambertian; albedo in [0, 1] per channel.
+    Diffuse {
+        /// Reflected fraction.
+        albedo: [f64; 3],
+    },
+    /// Perfect mirror; reflectance in [0, 1] per channel.
+    Mirror {
+        /// Reflected fraction.
+        reflectance: [f64; 3],
+    },
+}
+
+/// A look-at camera. Lengths in scene units, angle in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraDesc {
+    /// The eye.
+    pub position: [f64; 3],
+    /// A point on the optical axis; not the eye.
+    pub look_at: [f64; 3],
+    /// Up; not parallel to the axis.
+    pub up: [f64; 3],
+    /// Full vertical field of view, in (0, 180) degrees.
+    pub vertical_fov: f64,
+}
+
+impl Default for CameraDesc {
+    fn default() -> Self {
+        CameraDesc { position: [0.0, 0.0, 1.0], look_at: [0.0; 3], up: [0.0, 1.0, 0.0], vertical_fov: 35.0 }
+    }
+}
+
+/// The environment: constant radiance from every direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnvironmentDesc {
+    /// W sr^-1 m^-2, linear Rec.709; at least one channel above 0.
+    pub radiance: [f64; 3],
+}
+
+/// What `[render]` of a scene file sets; `None` where it is silent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RenderDesc {
+    /// Samples a pixel.
+    pub spp: Option<u32>,
+    /// Strategy.
+    pub strategy: Option<Strategy>,
+    /// Light selection.
+    pub lights: Option<Lights>,
+    /// Sampler.
+    pub sampler: Option<Sampler>,
+    /// Largest number of scattering events.
+    pub max_depth: Option<u32>,
+    /// First roulette depth; `Some(None)`: `"off"`.
+    pub rr_depth: Option<Option<u32>>,
+    /// Seed.
+    pub seed: Option<u32>,
+}
