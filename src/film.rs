@@ -94,23 +94,59 @@ impl Film {
     /// The picture's estimated relative standard error: the root of (mean variance of a pixel's mean) over the mean
     /// radiance, channels averaged; `None` below two samples or for a black picture.
     pub fn relative_error(&self) -> Option<f64> {
+        self.relative_error_estimate().map(|(error, _)| error)
+    }
+
+    /// [`Film::relative_error`] and the standard error of that figure. The latter comes from the spread of the variance
+    /// over pixels, which holds true differences between pixels too, so it errs on the large side.
+    pub fn relative_error_estimate(&self) -> Option<(f64, f64)> {
         if self.spp < 2 {
             return None;
         }
-        let n = self.spp as f64;
-        let (mut variance, mut mean) = (0.0, 0.0);
+        let (n, count) = (self.spp as f64, self.pixels.len() as f64);
+        let (mut variance, mut variance_squares, mut mean) = (0.0, 0.0, 0.0);
         for pixel in &self.pixels {
-            for c in 0..3 {
+            let of_channel = |c: usize| {
                 let deviations = pixel.sum_squares[c] - pixel.sum[c] * pixel.sum[c] / n;
-                variance += deviations.max(0.0) / (n - 1.0) / n;
-                mean += pixel.sum[c] / n;
-            }
+                deviations.max(0.0) / (n - 1.0) / n
+            };
+            let of_pixel = (of_channel(0) + of_channel(1) + of_channel(2)) / 3.0;
+            variance += of_pixel;
+            variance_squares += of_pixel * of_pixel;
+            mean += pixel.sum.iter().sum::<f64>() / (3.0 * n);
         }
-        let values = 3.0 * self.pixels.len() as f64;
-        (mean > 0.0).then(|| (variance / values).sqrt() / (mean / values))
+        if mean <= 0.0 {
+            return None;
+        }
+        let error = (variance / count).sqrt() / (mean / count);
+        // The delta method: a root has half the relative error of its argument.
+        let spread = (variance_squares - variance * variance / count).max(0.0) / (count - 1.0).max(1.0);
+        let of_variance = (spread / count).sqrt() / (variance / count);
+        Some((error, if variance > 0.0 { 0.5 * error * of_variance } else { 0.0 }))
     }
 
     fn pixel(&self, x: u32, y: u32) -> &Pixel {
         &self.pixels[y as usize * self.width as usize + x as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_estimate_matches_numbers_worked_by_hand() {
+        let mut film = Film::new(Crop { x: 0, y: 0, width: 2, height: 1 });
+        film.spp = 2;
+        assert_eq!(film.relative_error_estimate(), None);
+        // Pixel 0: samples 1 and 3, variance of the mean 2 / 2 = 1. Pixel 1: samples 2 and 2, variance 0.
+        for (pixel, samples) in [(0, [1.0, 3.0]), (1, [2.0, 2.0])] {
+            assert!(samples.iter().all(|&value| film.pixels[pixel].add([value; 3])));
+        }
+        assert_eq!(film.variance(0, 0), [1.0; 3]);
+        // Mean variance 1/2, mean 2; variances 1 and 0 spread by 1/2, so their mean has the standard error 1/2.
+        let (error, standard_error) = film.relative_error_estimate().unwrap();
+        assert!((error - 0.5f64.sqrt() / 2.0).abs() < 1e-12);
+        assert!((standard_error - 0.5 * error).abs() < 1e-12);
     }
 }

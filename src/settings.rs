@@ -173,7 +173,7 @@ impl Default for Settings {
 }
 
 /// Most columns or rows a film may have.
-pub const MAX_FILM_SIDE: u32 = 65_536;
+pub const MAX_FILM_SIDE: u32 = 65_535;
 /// Most pixels one render may hold: its film then takes 12 GiB.
 pub const MAX_FILM_PIXELS: u64 = 1 << 28;
 
@@ -221,6 +221,6 @@ mod tests {
         }
         assert!(crop(8, 0, 1, 1).film_and_crop((9, 1)).is_ok());
         assert!(Settings { width: Some(0), ..Settings::default() }.film_and_crop(film).is_err());
-        assert!(Settings::default().film_and_crop((65_536, 65_536)).is_err());
+        assert!(Settings::default().film_and_crop((65_535, 65_535)).is_err());
     }
 }

@@ -1,0 +1,109 @@
+//! `octray info`: what a scene holds and needs, the plan, what was left out.
+
+use super::args::EstimatorArgs;
+use super::output::{JsonArgs, table};
+use super::warn;
+use crate::error::Result;
+use crate::lanes::simd_level;
+use crate::packet::plan::{LeftOut, Plan, PlannedStage};
+use crate::scene::prepare::Features;
+use crate::scene::{PreparedScene, Scene};
+use crate::settings::Settings;
+use crate::setup::Setup;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Flags of `octray info`.
+#[derive(clap::Args)]
+pub struct InfoArgs {
+    /// A scene file (.toml), a bare .obj, or builtin:NAME
+    scene: PathBuf,
+    #[command(flatten)]
+    estimator: EstimatorArgs,
+    #[command(flatten)]
+    json: JsonArgs,
+}
+
+/// One table of the prepared scene.
+#[derive(Serialize)]
+struct Table {
+    name: &'static str,
+    bytes: usize,
+}
+
+/// Everything the command prints.
+#[derive(Serialize)]
+struct Info {
+    scene: String,
+    features: Features,
+    triangles: usize,
+    /// Emissive triangles, and one for an environment.
+    lights: usize,
+    tables: Vec<Table>,
+    strategy: &'static str,
+    plan: Vec<PlannedStage>,
+    left_out: Vec<LeftOut>,
+    simd: &'static str,
+    load_s: f64,
+    build_s: f64,
+    warnings: Vec<String>,
+}
+
+/// Runs the command; the exit status.
+pub fn run(args: &InfoArgs) -> Result<u8> {
+    args.json.check()?;
+    let scene = Scene::load(&args.scene)?;
+    scene.desc.warnings.iter().for_each(|warning| warn(warning));
+    let mut settings = scene.settings();
+    args.estimator.apply(&mut settings);
+    let info = gather(&scene.prepare()?, &settings, scene.desc.warnings.clone());
+    args.json.deliver(&info, || text(&info))?;
+    Ok(0)
+}
+
+fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) -> Info {
+    let plan = Plan::new(&Setup::new(prepared, settings));
+    Info {
+        scene: prepared.name.clone(),
+        features: prepared.features,
+        triangles: prepared.triangles.len(),
+        lights: prepared.emitters.len() + prepared.environment.is_some() as usize,
+        tables: prepared.tables().into_iter().map(|(name, bytes)| Table { name, bytes }).collect(),
+        strategy: settings.strategy.name(),
+        plan: plan.stages,
+        left_out: plan.left_out,
+        simd: simd_level(),
+        load_s: prepared.load_s,
+        build_s: prepared.build_s,
+        warnings,
+    }
+}
+
+fn text(info: &Info) -> String {
+    let row = |left: &str, right: String| vec![format!("  {left}"), right];
+    let mut text = format!("{}\n", info.scene);
+    text += &table(&[
+        row("triangles", info.triangles.to_string()),
+        row("lights", info.lights.to_string()),
+        row("loaded in", format!("{:.3} s", info.load_s)),
+        row("built in", format!("{:.3} s", info.build_s)),
+        row("SIMD", info.simd.to_string()),
+    ]);
+    let total: usize = info.tables.iter().map(|table| table.bytes).sum();
+    text += &format!("\ntables, {} in all\n", bytes(total));
+    text += &table(&info.tables.iter().map(|table| row(table.name, bytes(table.bytes))).collect::<Vec<_>>());
+    text += &format!("\nplan of {}\n", info.strategy);
+    text += &table(&info.plan.iter().map(|stage| row(stage.stage, stage.variant.clone())).collect::<Vec<_>>());
+    text += "\nleft out\n";
+    text += &table(&info.left_out.iter().map(|left| row(left.what, left.why.clone())).collect::<Vec<_>>());
+    text
+}
+
+/// Bytes in the largest unit that keeps at least one digit before the point.
+fn bytes(count: usize) -> String {
+    match count {
+        0..1024 => format!("{count} B"),
+        1024..1_048_576 => format!("{:.1} KiB", count as f64 / 1024.0),
+        _ => format!("{:.1} MiB", count as f64 / 1_048_576.0),
+    }
+}

@@ -1,0 +1,113 @@
+//! The command line: one file per command.
+//!
+//! **Law:** results go to standard output, everything else to standard error. Exit status 0: done; 1: a check failed, the
+//! picture was not finished or an output could not be written; 2: bad input or flags. Nothing below this folder prints.
+
+mod args;
+mod bench;
+mod cpu;
+mod info;
+mod output;
+mod progress;
+mod render;
+mod stats;
+mod trace;
+
+use crate::error::Error;
+use crate::lanes::simd_level;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Parser, Subcommand};
+use std::io::Write;
+use std::process::ExitCode;
+use std::sync::LazyLock;
+
+static VERSION: LazyLock<String> = LazyLock::new(|| format!("{} {}", env!("CARGO_PKG_VERSION"), simd_level()));
+
+/// A data-oriented SIMD packet path tracer.
+#[derive(Parser)]
+#[command(name = "octray", version = VERSION.as_str(), max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to image files
+    Render(render::RenderArgs),
+    /// What a scene holds and needs: tables, the plan, what was left out
+    Info(info::InfoArgs),
+    /// One path, vertex by vertex, in both engines
+    Trace(trace::TraceArgs),
+    /// Throughput of the engines, side by side
+    Bench(bench::BenchArgs),
+}
+
+/// Commands that have a place in the command line and no code yet.
+const LATER_COMMANDS: [&str; 3] = ["converge", "check", "diff"];
+
+/// The whole program: parses the arguments of this process, runs the command, prints what went wrong.
+pub fn main() -> ExitCode {
+    // First of all, and by code that was compiled for any x86-64: the rest may use instructions this CPU lacks.
+    let missing = cpu::missing();
+    if !missing.is_empty() {
+        return refuse_cpu(&missing);
+    }
+    ExitCode::from(run())
+}
+
+#[cold]
+#[inline(never)]
+fn refuse_cpu(missing: &[&str]) -> ExitCode {
+    let mut stderr = std::io::stderr();
+    let _ = stderr.write_all(b"error: this build of octray needs instructions that this CPU lacks:");
+    for name in missing {
+        let _ = stderr.write_all(b" ");
+        let _ = stderr.write_all(name.as_bytes());
+    }
+    let _ = stderr.write_all(b"; build it with RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release\n");
+    ExitCode::from(2)
+}
+
+#[inline(never)]
+fn run() -> u8 {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return report_usage(&error),
+    };
+    let done = match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Trace(args) => trace::run(&args),
+        Command::Bench(args) => bench::run(&args),
+    };
+    match done {
+        Ok(status) => status,
+        Err(error) => {
+            report(&error);
+            error.exit_status()
+        }
+    }
+}
+
+/// Help and versions go to standard output with status 0, wrong arguments to standard error with status 2.
+fn report_usage(error: &clap::Error) -> u8 {
+    if error.kind() == ErrorKind::InvalidSubcommand
+        && let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
+        && LATER_COMMANDS.contains(&name.as_str())
+    {
+        report(&Error::Usage(format!("the command `{name}` is not in this version yet; see octray --help")));
+        return 2;
+    }
+    // A closed standard output is no reason for another status.
+    let _ = error.print();
+    error.exit_code() as u8
+}
+
+fn report(error: &Error) {
+    let _ = writeln!(std::io::stderr(), "error: {error}");
+}
+
+fn warn(message: &str) {
+    let _ = writeln!(std::io::stderr(), "warning: {message}");
+}

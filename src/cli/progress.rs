@@ -1,0 +1,82 @@
+//! The progress bar: on standard error, only where that is a terminal.
+
+use crate::render::Progress;
+use crate::settings::Settings;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::time::Duration;
+
+const STEPS: u64 = 1000;
+
+/// Shows how far a render has come.
+pub struct Bar {
+    bar: ProgressBar,
+    time: Option<Duration>,
+}
+
+impl Bar {
+    /// A bar for a render with `settings`; hidden if `quiet` or if nobody would see it.
+    pub fn new(settings: &Settings, quiet: bool) -> Bar {
+        let hidden = quiet || !std::io::stderr().is_terminal();
+        let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
+        let bar = ProgressBar::with_draw_target(Some(STEPS), target);
+        if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}") {
+            bar.set_style(style);
+        }
+        Bar { bar, time: settings.time }
+    }
+
+    /// Shows `progress`.
+    pub fn show(&self, progress: &Progress) {
+        if self.bar.is_hidden() {
+            return;
+        }
+        let done = fraction(progress, self.time);
+        self.bar.set_position((done * STEPS as f64) as u64);
+        self.bar.set_message(message(progress, done));
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// The finished part, in [0, 1]: of the samples or of the time, whichever ends first.
+fn fraction(progress: &Progress, time: Option<Duration>) -> f64 {
+    let samples = progress.samples as f64 / progress.total.max(1) as f64;
+    let time = time.map_or(0.0, |time| progress.seconds / time.as_secs_f64());
+    samples.max(time).min(1.0)
+}
+
+fn message(progress: &Progress, done: f64) -> String {
+    let mut parts = vec![format!("{:.2} Msamples/s", progress.samples as f64 / progress.seconds.max(1e-9) * 1e-6)];
+    if done > 0.0 {
+        parts.push(format!("{} left", duration(progress.seconds * (1.0 - done) / done)));
+    }
+    parts.join(", ")
+}
+
+fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3600, whole / 60 % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_follows_whichever_ends_first() {
+        let progress = Progress { samples: 25, total: 100, seconds: 6.0 };
+        assert_eq!(fraction(&progress, None), 0.25);
+        assert_eq!(fraction(&progress, Some(Duration::from_secs(8))), 0.75);
+        assert_eq!(fraction(&progress, Some(Duration::from_secs(1))), 1.0);
+        assert_eq!(message(&progress, 0.25), "0.00 Msamples/s, 18 s left");
+        assert_eq!([59.0, 61.0, 3700.0].map(duration), ["59 s", "1 min 01 s", "1 h 01 min"]);
+    }
+}

@@ -1,0 +1,174 @@
+//! `octray render`: a scene to image files.
+
+use super::args::{self, EstimatorArgs, FilmArgs};
+use super::output::{print, write_json};
+use super::progress::Bar;
+use super::stats::Report;
+use super::{report, warn};
+use crate::error::{Error, Result};
+use crate::image::{atomic, check_output_path};
+use crate::render::{Render, render_with};
+use crate::scene::Scene;
+use crate::settings::{Crop, Engine, Settings};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Flags of `octray render`.
+#[derive(clap::Args)]
+pub struct RenderArgs {
+    /// A scene file (.toml), a bare .obj, or builtin:NAME
+    scene: PathBuf,
+    /// Image to write: .exr, .png, .hdr or .pfm; may be given several times
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Vec<PathBuf>,
+    /// Samples a pixel [default: the scene's, else 64; with --time alone: as many as fit]
+    #[arg(long, value_name = "N", value_parser = args::positive, allow_negative_numbers = true)]
+    spp: Option<u32>,
+    /// Seconds of rendering, ended on whole passes; the first of --spp and --time to be reached stops
+    #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_negative_numbers = true)]
+    time: Option<Duration>,
+    /// Relative error to stop at
+    #[arg(long, value_name = "E", value_parser = args::later, allow_negative_numbers = true, hide = true)]
+    target_error: Option<f64>,
+    #[command(flatten)]
+    estimator: EstimatorArgs,
+    /// packet: eight rays at a time; scalar: the plain reference. Both give the same bits
+    #[arg(long, value_name = "E", default_value = "packet", value_parser = |text: &str| args::named::<Engine>(text, &[]))]
+    engine: Engine,
+    /// Worker threads [default: one for every core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096), allow_negative_numbers = true)]
+    threads: Option<u16>,
+    #[command(flatten)]
+    film: FilmArgs,
+    /// Render this rectangle of the film only
+    #[arg(long, value_name = "X,Y,W,H", value_parser = args::crop, allow_hyphen_values = true)]
+    crop: Option<Crop>,
+    /// Stops of exposure for PNG; other formats hold radiance as it is
+    #[arg(long, value_name = "EV", default_value = "0", value_parser = args::exposure, allow_negative_numbers = true)]
+    exposure: f64,
+    /// Write what the render cost and met as JSON
+    #[arg(long, value_name = "FILE")]
+    stats: Option<PathBuf>,
+    /// No progress bar and no summary line; warnings stay
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the command; the exit status.
+pub fn run(args: &RenderArgs) -> Result<u8> {
+    check_outputs(args)?;
+    let scene = Scene::load(&args.scene)?;
+    let settings = settings(args, &scene);
+    let (film, crop) = settings.film_and_crop(scene.desc.film)?;
+    let mut warnings = scene.desc.warnings.clone();
+    warnings.iter().for_each(|warning| warn(warning));
+
+    let prepared = scene.prepare()?;
+    let bar = Bar::new(&settings, args.quiet);
+    let mut render = render_with(&prepared, &settings, &|progress| {
+        bar.show(&progress);
+        true
+    });
+    bar.finish();
+
+    render.film.exposure = args.exposure;
+    let found = findings(&render);
+    found.iter().for_each(|warning| warn(warning));
+    warnings.extend(found);
+    // Every file is tried: one full disk must not cost the picture that fits elsewhere.
+    let saved = args.output.iter().map(|path| render.film.save(path));
+    let stats = args
+        .stats
+        .iter()
+        .map(|path| write_json(path, &Report::new(&prepared, &settings, (film, crop), &render, &warnings)));
+    let errors: Vec<Error> = saved.chain(stats).filter_map(Result::err).collect();
+    errors.iter().for_each(report);
+    if !args.quiet {
+        print(&summary(args, &settings, &render, errors.is_empty()))?;
+    }
+    Ok(if errors.is_empty() && render.stats.finished { 0 } else { 1 })
+}
+
+/// Everything that can be known about the outputs before the work starts.
+fn check_outputs(args: &RenderArgs) -> Result<()> {
+    let images = args.output.iter();
+    images.clone().try_for_each(check_output_path)?;
+    args.stats.iter().try_for_each(|path| atomic::check(path))?;
+    let mut seen: Vec<&PathBuf> = Vec::new();
+    for path in images.chain(&args.stats) {
+        if seen.contains(&path) {
+            return Err(Error::Usage(format!(
+                "{}: named for two outputs; each needs a file of its own",
+                path.display()
+            )));
+        }
+        seen.push(path);
+    }
+    Ok(())
+}
+
+/// Flag over scene over default.
+fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
+    let mut settings = scene.settings();
+    args.estimator.apply(&mut settings);
+    args.film.apply(&mut settings);
+    settings.spp = match (args.spp, args.time) {
+        (Some(spp), _) => spp,
+        // Time alone decides: neither the scene's samples nor the default may end the render sooner.
+        (None, Some(_)) => u32::MAX,
+        (None, None) => settings.spp,
+    };
+    settings.time = args.time;
+    settings.engine = args.engine;
+    settings.threads = args.threads.unwrap_or(0) as usize;
+    settings.crop = args.crop;
+    settings
+}
+
+/// What the user should know about a finished render.
+fn findings(render: &Render) -> Vec<String> {
+    let stats = &render.stats;
+    let mut found = Vec::new();
+    if stats.nonfinite > 0 {
+        let places = stats.nonfinite_samples.iter();
+        let places = places.map(|f| format!("pixel {},{} sample {} in {}", f.x, f.y, f.sample, f.stage));
+        let places = places.collect::<Vec<_>>().join("; ");
+        found.push(format!(
+            "{} samples were not finite and count as black: {places}; see octray trace",
+            stats.nonfinite
+        ));
+    }
+    if stats.guarded > 0 {
+        found.push(format!(
+            "{} paths were cut at the guard of {} events: the picture may be too dark; use --rr-depth or --max-depth",
+            stats.guarded,
+            crate::settings::DEPTH_GUARD
+        ));
+    }
+    if render.film.mean_radiance() == [0.0; 3] {
+        let hint =
+            "check that the camera looks at something lit and that emitters face it (two_sided = true lifts that)";
+        found.push(format!("the finished image is all black; {hint}"));
+    }
+    found
+}
+
+/// One line: what was rendered, how long it took, where it is.
+fn summary(args: &RenderArgs, settings: &Settings, render: &Render, complete: bool) -> String {
+    let (film, stats) = (&render.film, &render.stats);
+    let bias = if settings.strategy.is_biased() { " (biased)" } else { "" };
+    let error = film.relative_error().map(|error| format!(", estimated error {:.2} %", error * 100.0));
+    let files: Vec<String> = args.output.iter().map(|path| path.display().to_string()).collect();
+    format!(
+        "{} x {}, {} spp, {}{bias}, {:.2} s, {:.2} Mpaths/s{} -> {}{}\n",
+        film.width,
+        film.height,
+        film.spp,
+        settings.strategy,
+        stats.render_s,
+        stats.paths as f64 / stats.render_s.max(1e-9) * 1e-6,
+        error.unwrap_or_default(),
+        files.join(", "),
+        if complete { "" } else { " (not all of them written)" },
+    )
+}

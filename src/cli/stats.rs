@@ -1,0 +1,120 @@
+//! The `--stats` file of a render.
+
+use crate::lanes::simd_level;
+use crate::render::{RayCounts, Render, StageStats};
+use crate::scene::PreparedScene;
+use crate::settings::{Crop, Settings};
+use serde::Serialize;
+
+/// Everything a render cost and met, in the order in which it is written.
+#[derive(Serialize)]
+pub struct Report<'a> {
+    version: &'static str,
+    scene: &'a str,
+    strategy: &'static str,
+    /// The strategy's expected picture is wrong on purpose.
+    biased: bool,
+    lights: &'static str,
+    sampler: &'static str,
+    engine: &'static str,
+    simd: &'static str,
+    threads: usize,
+    width: u32,
+    height: u32,
+    /// x, y, width, height of the part rendered.
+    crop: [u32; 4],
+    /// Samples in every pixel, as reached.
+    spp: u32,
+    seed: u32,
+    /// `null`: unbounded.
+    max_depth: Option<u32>,
+    /// `null`: off.
+    rr_depth: Option<u32>,
+    load_s: f64,
+    build_s: f64,
+    render_s: f64,
+    cpu_s: f64,
+    paths: u64,
+    rays: RayCounts,
+    /// All rays, in millions, by CPU second of rendering.
+    mrays_per_s: f64,
+    stages: &'a [StageStats],
+    peak_rss_bytes: Option<u64>,
+    mean_radiance: [f64; 3],
+    /// Root mean square error of the pixels by the picture's mean, estimated from the samples; `null` below two samples.
+    relative_error: Option<f64>,
+    /// Standard error of `relative_error`, estimated from the spread over pixels.
+    relative_error_se: Option<f64>,
+    /// Every sample asked for was taken.
+    finished: bool,
+    nonfinite: u64,
+    nonfinite_samples: Vec<NonFiniteRow>,
+    guarded: u64,
+    warnings: &'a [String],
+}
+
+/// Where a sample that was not finite arose.
+#[derive(Serialize)]
+struct NonFiniteRow {
+    x: u32,
+    y: u32,
+    sample: u32,
+    stage: &'static str,
+}
+
+impl<'a> Report<'a> {
+    /// The report of `render`, made with `settings`.
+    pub fn new(
+        scene: &'a PreparedScene,
+        settings: &Settings,
+        (film, crop): ((u32, u32), Crop),
+        render: &'a Render,
+        warnings: &'a [String],
+    ) -> Report<'a> {
+        let stats = &render.stats;
+        let error = render.film.relative_error_estimate();
+        let nonfinite = stats.nonfinite_samples.iter();
+        Report {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: &scene.name,
+            strategy: settings.strategy.name(),
+            biased: settings.strategy.is_biased(),
+            lights: settings.lights.name(),
+            sampler: settings.sampler.name(),
+            engine: settings.engine.name(),
+            simd: simd_level(),
+            threads: stats.threads,
+            width: film.0,
+            height: film.1,
+            crop: [crop.x, crop.y, crop.width, crop.height],
+            spp: render.film.spp,
+            seed: settings.seed,
+            max_depth: settings.max_depth,
+            rr_depth: settings.rr_depth,
+            load_s: scene.load_s,
+            build_s: scene.build_s,
+            render_s: stats.render_s,
+            cpu_s: stats.cpu_s,
+            paths: stats.paths,
+            rays: stats.rays,
+            mrays_per_s: mrays_per_s(&stats.rays, stats.cpu_s),
+            stages: &stats.stages,
+            peak_rss_bytes: crate::clock::peak_rss_bytes(),
+            mean_radiance: render.film.mean_radiance(),
+            relative_error: error.map(|(error, _)| error),
+            relative_error_se: error.map(|(_, standard_error)| standard_error),
+            finished: stats.finished,
+            nonfinite: stats.nonfinite,
+            nonfinite_samples: nonfinite
+                .map(|found| NonFiniteRow { x: found.x, y: found.y, sample: found.sample, stage: found.stage })
+                .collect(),
+            guarded: stats.guarded,
+            warnings,
+        }
+    }
+}
+
+/// Millions of rays of all kinds by second.
+pub fn mrays_per_s(rays: &RayCounts, seconds: f64) -> f64 {
+    if seconds > 0.0 { rays.total() as f64 / seconds * 1e-6 } else { 0.0 }
+}
