@@ -4,8 +4,11 @@
 
 pub mod bvh;
 pub mod camera;
+pub mod clock;
+pub mod color;
 pub mod error;
 pub mod film;
+pub mod image;
 pub mod lanes;
 pub mod math;
 pub mod render;

@@ -1,0 +1,92 @@
+//! OpenEXR: f32 radiance in `R,G,B`, the variance of each pixel's mean in `variance.R,G,B`, settings in the header.
+//!
+//! Settings go into the standard attribute `comments`, one `key = value` a line, and not into attributes of their own: the
+//! `exr` crate keeps those in a hash map and writes them in a different order every time. No compression: noise in f32
+//! hardly shrinks, and the bytes then depend on no compressor's version.
+
+use super::atomic::Sink;
+use super::{Image, encoding};
+use crate::film::Film;
+use ::exr::prelude::*;
+use std::io::{self, Cursor};
+
+const COLOR: [&str; 3] = ["R", "G", "B"];
+const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
+
+/// Writes radiance, variance and settings.
+pub(super) fn write(film: &Film, out: &mut dyn Sink) -> io::Result<()> {
+    let (width, height) = (film.width as usize, film.height as usize);
+    let plane = |value: &dyn Fn(u32, u32) -> f32| {
+        let rows = (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y)));
+        FlatSamples::F32(rows.map(|(x, y)| value(x, y)).collect())
+    };
+    let mut channels = SmallVec::new();
+    for c in 0..3 {
+        channels.push(AnyChannel::new(COLOR[c], plane(&|x, y| film.mean(x, y)[c])));
+        channels.push(AnyChannel::new(VARIANCE[c], plane(&|x, y| film.variance(x, y)[c])));
+    }
+    let settings: Vec<String> = film.metadata.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    let attributes = LayerAttributes {
+        software_name: Some(text(concat!("octray ", env!("CARGO_PKG_VERSION")))),
+        comments: Some(text(&settings.join("\n"))),
+        ..LayerAttributes::default()
+    };
+    let encoding_options = Encoding {
+        compression: Compression::Uncompressed,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let layer = Layer::new((width, height), attributes, encoding_options, AnyChannels::sort(channels));
+    let image = ::exr::prelude::Image::from_layer(layer);
+    image.write().non_parallel().to_buffered(out).map_err(encoding)
+}
+
+/// Header text; the format knows one byte a character, so others are written as `\u{..}`.
+fn text(content: &str) -> Text {
+    let bytes = content.chars().flat_map(|c| match u8::try_from(c) {
+        Ok(byte) => vec![byte],
+        Err(_) => c.escape_unicode().map(|c| c as u8).collect(),
+    });
+    Text::from_bytes_unchecked(bytes.collect())
+}
+
+/// Reads the first layer that has the channels R, G and B, and the variance and settings beside them if they are there.
+pub(super) fn read(bytes: &[u8]) -> std::result::Result<Image, String> {
+    let file = read_all(bytes).map_err(|error| error.to_string())?;
+    let wanted = |layer: &&Layer<AnyChannels<FlatSamples>>| planes(layer, COLOR).is_some();
+    let Some(layer) = file.layer_data.iter().find(wanted) else {
+        return Err("no layer with the channels R, G and B".into());
+    };
+    let Vec2(width, height) = layer.size;
+    let (Ok(width), Ok(height)) = (u32::try_from(width), u32::try_from(height)) else {
+        return Err(format!("{width} x {height} pixels are more than this program reads"));
+    };
+    let comments = layer.attributes.comments.as_ref().map(Text::to_string).unwrap_or_default();
+    let setting = |line: &str| line.split_once(" = ").map(|(key, value)| (key.to_owned(), value.to_owned()));
+    Ok(Image {
+        width,
+        height,
+        pixels: planes(layer, COLOR).unwrap_or_default(),
+        variance: planes(layer, VARIANCE),
+        metadata: comments.lines().filter_map(setting).collect(),
+    })
+}
+
+fn read_all(bytes: &[u8]) -> ::exr::error::Result<AnyImage> {
+    let reader = ::exr::prelude::read().no_deep_data().largest_resolution_level();
+    reader.all_channels().all_layers().all_attributes().non_parallel().from_buffered(Cursor::new(bytes))
+}
+
+type AnyImage = ::exr::prelude::Image<Layers<AnyChannels<FlatSamples>>>;
+
+/// Three channels as one list of pixels; `None` unless all three are there, at full resolution.
+fn planes(layer: &Layer<AnyChannels<FlatSamples>>, names: [&str; 3]) -> Option<Vec<[f32; 3]>> {
+    let find = |name: &str| {
+        let channel = layer.channel_data.list.iter().find(|channel| channel.name.eq(name))?;
+        Some(channel.sample_data.values_as_f32().collect::<Vec<f32>>())
+    };
+    let [Some(r), Some(g), Some(b)] = names.map(find) else { return None };
+    let count = layer.size.area();
+    let complete = [&r, &g, &b].iter().all(|plane| plane.len() == count);
+    complete.then(|| r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect())
+}

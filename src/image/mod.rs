@@ -1,0 +1,116 @@
+//! Image files: EXR, Radiance HDR, PFM (linear radiance) and PNG (sRGB).
+//!
+//! **Law:** a file's bytes depend on the film alone: no dates, no host names, no hash order. A file appears whole or not at
+//! all ([`atomic`]). In memory, row 0 is the top of the picture; PFM alone stores rows bottom-up.
+
+pub mod atomic;
+mod exr;
+mod hdr;
+mod pfm;
+mod png;
+
+use crate::error::{Error, Result};
+use crate::film::Film;
+use std::io;
+use std::path::Path;
+
+/// A file format, chosen by the file's extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// OpenEXR: f32 radiance, variance, settings.
+    Exr,
+    /// 8-bit sRGB.
+    Png,
+    /// Radiance RGBE: 8 bits a channel and a shared exponent.
+    Hdr,
+    /// Portable float map: f32 radiance, nothing else.
+    Pfm,
+}
+
+impl Format {
+    /// The format that `path`'s extension names (upper or lower case).
+    pub fn of(path: &Path) -> Result<Format> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        match extension.as_str() {
+            "exr" => Ok(Format::Exr),
+            "png" => Ok(Format::Png),
+            "hdr" => Ok(Format::Hdr),
+            "pfm" => Ok(Format::Pfm),
+            "" => Err(Error::Usage(format!("{}: no extension; use .exr, .png, .hdr or .pfm", path.display()))),
+            other => Err(Error::Usage(format!(
+                "{}: unknown image extension `.{other}`; use .exr, .png, .hdr or .pfm",
+                path.display()
+            ))),
+        }
+    }
+}
+
+/// Whether an image can be written to `path`, asked before a render instead of after it: the extension is known, the
+/// directory exists and takes new files, and what stands there may be replaced.
+pub fn check_output_path(path: impl AsRef<Path>) -> Result<()> {
+    let path = path.as_ref();
+    Format::of(path)?;
+    atomic::check(path)
+}
+
+impl Film {
+    /// Writes the picture to `path` in the format its extension names: `.exr`, `.png`, `.hdr` or `.pfm`.
+    ///
+    /// The file appears whole or not at all; on an error an older file of that name is untouched.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        let format = Format::of(path)?;
+        atomic::write(path, |out| match format {
+            Format::Exr => exr::write(self, out),
+            Format::Png => png::write(self, out),
+            Format::Hdr => hdr::write(self, out),
+            Format::Pfm => pfm::write(self, out),
+        })
+    }
+
+    /// The means of all pixels, row 0 at the top.
+    fn means(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
+        (0..self.height).flat_map(move |y| (0..self.width).map(move |x| self.mean(x, y)))
+    }
+}
+
+/// A picture read from a file: linear radiance, row 0 at the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` linear Rec.709 values, row by row.
+    pub pixels: Vec<[f32; 3]>,
+    /// The variance of each pixel's mean, where the file has it (EXR files of ours do).
+    pub variance: Option<Vec<[f32; 3]>>,
+    /// The settings of the render, where the file has them (EXR files of ours do).
+    pub metadata: Vec<(String, String)>,
+}
+
+impl Image {
+    /// Reads an `.exr`, `.pfm`, `.hdr` or `.png` file; sRGB values of a PNG become linear.
+    pub fn read(path: impl AsRef<Path>) -> Result<Image> {
+        let path = path.as_ref();
+        let format = Format::of(path)?;
+        let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+        let image = match format {
+            Format::Exr => exr::read(&bytes),
+            Format::Png => png::read(&bytes),
+            Format::Hdr => hdr::read(&bytes),
+            Format::Pfm => pfm::read(&bytes),
+        };
+        image.map_err(|message| Error::parse(path, None, message))
+    }
+
+    /// The value at column `x` of row `y`, row 0 at the top.
+    pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
+        self.pixels[y as usize * self.width as usize + x as usize]
+    }
+}
+
+/// An encoder's error as an I/O error, which [`atomic::write`] turns into a message.
+fn encoding(error: impl std::fmt::Display) -> io::Error {
+    io::Error::other(error.to_string())
+}

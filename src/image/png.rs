@@ -1,0 +1,29 @@
+//! PNG: 8-bit sRGB, for looking at.
+
+use super::atomic::Sink;
+use super::{Image, encoding};
+use crate::color::{linear_from_srgb, srgb8};
+use crate::film::Film;
+use ::image::codecs::png::PngEncoder;
+use ::image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat};
+use std::io::{self, Cursor};
+
+/// Writes 8-bit sRGB after the film's exposure.
+pub(super) fn write(film: &Film, out: &mut dyn Sink) -> io::Result<()> {
+    let bytes: Vec<u8> = film.means().flatten().map(|value| srgb8(value, film.exposure)).collect();
+    PngEncoder::new(out).write_image(&bytes, film.width, film.height, ExtendedColorType::Rgb8).map_err(encoding)
+}
+
+/// Reads any PNG as linear values; alpha is dropped.
+pub(super) fn read(bytes: &[u8]) -> Result<Image, String> {
+    let decoded = decode(bytes, ImageFormat::Png)?;
+    let (width, height) = (decoded.width(), decoded.height());
+    let linear = |value: u16| linear_from_srgb(value as f64 / 65535.0) as f32;
+    let pixels = decoded.into_rgb16().pixels().map(|pixel| pixel.0.map(linear)).collect();
+    Ok(Image { width, height, pixels, ..Image::default() })
+}
+
+/// Decodes by the `image` crate, within its default memory limits.
+pub(super) fn decode(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, String> {
+    ::image::ImageReader::with_format(Cursor::new(bytes), format).decode().map_err(|error| error.to_string())
+}
