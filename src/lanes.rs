@@ -259,6 +259,11 @@ impl U32x8 {
     pub fn to_f32(self) -> F32x8 {
         F32x8(f32x8::from_i32x8(bytemuck::cast(self.0)))
     }
+    /// The upper half of the 64-bit product.
+    #[inline(always)]
+    pub fn multiply_high(self, other: Self) -> Self {
+        Self(self.0.mul_keep_high(other.0))
+    }
     /// Truncates; every lane must hold a finite value of 0 or more, below 2^31.
     #[inline(always)]
     pub fn from_f32(values: F32x8) -> Self {

@@ -15,6 +15,7 @@ pub mod render;
 pub mod sampler;
 pub mod scene;
 pub mod settings;
+pub mod setup;
 
 pub use error::{Error, Result};
 pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};

@@ -5,6 +5,7 @@
 //! engines, strategies or films.
 
 pub mod desc;
+pub mod lights;
 pub mod prepare;
 
 pub use desc::SceneDesc;

@@ -1,3 +1,254 @@
-//! stub
-/// stub
-pub struct PreparedScene {}
+//! `SceneDesc -> PreparedScene`: every table the engines read, derived once and immutable afterwards.
+
+use std::time::Instant;
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+use super::desc::{CameraDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc};
+use super::validate::is_degenerate;
+use crate::bvh::Bvh;
+use crate::error::{Error, Result};
+
+/// [`TriangleRecord::light`] of a triangle that does not emit.
+pub const NO_LIGHT: u32 = u32::MAX;
+
+/// What shading needs of one triangle: one cache line, read whole.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct TriangleRecord {
+    /// Vertices in file order, scene units.
+    pub vertices: [[f32; 3]; 3],
+    /// Unit normal of the front side.
+    pub normal: [f32; 3],
+    /// Index into [`PreparedScene::materials`].
+    pub material: u32,
+    /// Index into [`PreparedScene::emitters`], or [`NO_LIGHT`].
+    pub light: u32,
+    /// Makes the record 64 bytes.
+    pub spare: [u32; 2],
+}
+
+/// How a material scatters; the order in which materials are sorted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum MaterialKind {
+    /// Scatters nothing: a path that arrives ends.
+    Black = 0,
+    /// Lambertian.
+    Diffuse = 1,
+    /// Perfect mirror.
+    Mirror = 2,
+}
+
+impl MaterialKind {
+    /// The word used in plans and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            MaterialKind::Black => "black",
+            MaterialKind::Diffuse => "diffuse",
+            MaterialKind::Mirror => "mirror",
+        }
+    }
+}
+
+/// One material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialRecord {
+    /// Albedo (diffuse) or reflectance (mirror), linear Rec.709.
+    pub color: [f32; 3],
+    /// How it scatters.
+    pub kind: MaterialKind,
+}
+
+/// One emissive triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitter {
+    /// The triangle's id.
+    pub triangle: u32,
+    /// Its area, square scene units.
+    pub area: f64,
+    /// Emitted radiance on the front side, W sr^-1 m^-2.
+    pub radiance: [f32; 3],
+}
+
+/// The bit of [`PreparedScene::classes`] that says: this triangle emits.
+pub const CLASS_EMITS: u8 = 0x80;
+
+/// What a scene holds, hence what a plan may need.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Features {
+    /// Some triangle has a diffuse material.
+    pub diffuse: bool,
+    /// Some triangle has a mirror material.
+    pub mirror: bool,
+    /// Emissive triangles.
+    pub emissive_triangles: usize,
+    /// Something surrounds the scene.
+    pub environment: bool,
+}
+
+/// A scene ready to be rendered: immutable tables, all values finite. Indices are triangle ids in file order.
+pub struct PreparedScene {
+    /// The path it was loaded from, or `builtin:NAME`.
+    pub name: String,
+    /// The camera as the scene describes it.
+    pub camera: CameraDesc,
+    /// The film size the scene asks for (width, height).
+    pub film: (u32, u32),
+    /// What the scene file's `[render]` sets.
+    pub render: RenderDesc,
+    /// Per triangle id, what shading reads.
+    pub triangles: Vec<TriangleRecord>,
+    /// Per triangle id, the material's kind (low bits) and [`CLASS_EMITS`]: the sorting key of a hit.
+    pub classes: Vec<u8>,
+    /// Materials in use, sorted by kind.
+    pub materials: Vec<MaterialRecord>,
+    /// Emissive triangles, by ascending id.
+    pub emitters: Vec<Emitter>,
+    /// Constant radiance of the surroundings, if there are any.
+    pub environment: Option<[f32; 3]>,
+    /// The acceleration structure.
+    pub bvh: Bvh,
+    /// What the scene holds.
+    pub features: Features,
+    /// Seconds spent in loading files (0 for scenes made in code).
+    pub load_s: f64,
+    /// Seconds spent in deriving tables and building the BVH.
+    pub build_s: f64,
+}
+
+impl PreparedScene {
+    /// Derives every table.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if there is nothing to render: no triangle of positive area and no environment.
+    pub fn new(desc: &SceneDesc) -> Result<PreparedScene> {
+        let start = Instant::now();
+        let degenerate = degenerate_triangles(desc);
+        if degenerate.iter().all(|&d| d) && desc.environment.is_none() {
+            let message = "no triangle of positive area and no environment: there is nothing to see; check the OBJ";
+            return Err(Error::Scene { scene: desc.name.clone(), message: message.into() });
+        }
+        let (materials, material_index) = material_table(&desc.materials);
+        let emitters = emitter_table(desc, &degenerate);
+        let triangles = triangle_table(desc, &degenerate, &material_index, &emitters);
+        let classes: Vec<u8> = triangles
+            .iter()
+            .map(|t| materials[t.material as usize].kind as u8 | if t.light == NO_LIGHT { 0 } else { CLASS_EMITS })
+            .collect();
+        let corners: Vec<[u32; 3]> = desc.triangles.iter().map(|t| t.vertices).collect();
+        let bvh = Bvh::build(&desc.positions, &corners, |id| !degenerate[id as usize]);
+        let uses = |kind: MaterialKind| classes.iter().zip(&degenerate).any(|(c, d)| !d && c & 0x7f == kind as u8);
+        let features = Features {
+            diffuse: uses(MaterialKind::Diffuse),
+            mirror: uses(MaterialKind::Mirror),
+            emissive_triangles: emitters.len(),
+            environment: desc.environment.is_some(),
+        };
+        Ok(PreparedScene {
+            name: desc.name.clone(),
+            camera: desc.camera,
+            film: desc.film,
+            render: desc.render,
+            triangles,
+            classes,
+            materials,
+            emitters,
+            environment: desc.environment.map(|e| e.radiance.map(|c| c as f32)),
+            bvh,
+            features,
+            load_s: 0.0,
+            build_s: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// The tables and their sizes in bytes, for `octray info`; empty tables are not listed.
+    pub fn tables(&self) -> Vec<(&'static str, usize)> {
+        let mut tables = vec![
+            ("triangle records", size_of_val(&self.triangles[..])),
+            ("triangle classes", size_of_val(&self.classes[..])),
+            ("materials", size_of_val(&self.materials[..])),
+            ("emissive triangles", size_of_val(&self.emitters[..])),
+        ];
+        tables.extend(self.bvh.tables());
+        tables.retain(|table| table.1 > 0);
+        tables
+    }
+}
+
+fn corners(desc: &SceneDesc, triangle: usize) -> [[f32; 3]; 3] {
+    desc.triangles[triangle].vertices.map(|v| desc.positions[v as usize])
+}
+
+fn degenerate_triangles(desc: &SceneDesc) -> Vec<bool> {
+    (0..desc.triangles.len()).map(|id| is_degenerate(corners(desc, id))).collect()
+}
+
+/// Twice the area vector of a triangle, from its rounded vertices, in f64.
+fn double_area_vector([a, b, c]: [[f32; 3]; 3]) -> DVec3 {
+    let [a, b, c] = [a, b, c].map(|v| glam::Vec3::from(v).as_dvec3());
+    (b - a).cross(c - a)
+}
+
+/// Materials sorted by kind (stable), and for each old index its new one.
+fn material_table(descs: &[MaterialDesc]) -> (Vec<MaterialRecord>, Vec<u32>) {
+    let record = |m: &MaterialDesc| {
+        let (color, kind) = match m.scattering {
+            Scattering::Diffuse { albedo } => (albedo, MaterialKind::Diffuse),
+            Scattering::Mirror { reflectance } => (reflectance, MaterialKind::Mirror),
+        };
+        let color = color.map(|c| c as f32);
+        MaterialRecord { color, kind: if color == [0.0; 3] { MaterialKind::Black } else { kind } }
+    };
+    let records: Vec<MaterialRecord> = descs.iter().map(record).collect();
+    let mut order: Vec<usize> = (0..records.len()).collect();
+    order.sort_by_key(|&i| records[i].kind);
+    let mut new_index = vec![0; records.len()];
+    for (new, &old) in order.iter().enumerate() {
+        new_index[old] = new as u32;
+    }
+    (order.into_iter().map(|i| records[i]).collect(), new_index)
+}
+
+fn emitter_table(desc: &SceneDesc, degenerate: &[bool]) -> Vec<Emitter> {
+    let emission = |id: usize| desc.materials[desc.triangles[id].material as usize].emission;
+    (0..desc.triangles.len())
+        .filter(|&id| !degenerate[id] && emission(id).iter().any(|&c| c as f32 > 0.0))
+        .map(|id| Emitter {
+            triangle: id as u32,
+            area: 0.5 * double_area_vector(corners(desc, id)).length(),
+            radiance: emission(id).map(|c| c as f32),
+        })
+        .collect()
+}
+
+fn triangle_table(
+    desc: &SceneDesc,
+    degenerate: &[bool],
+    material_index: &[u32],
+    emitters: &[Emitter],
+) -> Vec<TriangleRecord> {
+    let mut next_emitter = 0;
+    (0..desc.triangles.len())
+        .map(|id| {
+            let triangle = desc.triangles[id];
+            let vertices = corners(desc, id);
+            let normal = if degenerate[id] {
+                DVec3::Z // never hit; any finite value will do
+            } else {
+                double_area_vector(vertices).normalize() * if triangle.flipped { -1.0 } else { 1.0 }
+            };
+            let emits = emitters.get(next_emitter).is_some_and(|e| e.triangle == id as u32);
+            let light = if emits { next_emitter as u32 } else { NO_LIGHT };
+            next_emitter += emits as usize;
+            TriangleRecord {
+                vertices,
+                normal: normal.as_vec3().to_array(),
+                material: material_index[triangle.material as usize],
+                light,
+                spare: [0; 2],
+            }
+        })
+        .collect()
+}

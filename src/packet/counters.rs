@@ -1,0 +1,128 @@
+//! Lanes used and possible, and seconds, per stage; rays by kind. Statistics only: nothing reads them to decide anything.
+
+use crate::render::{RayCounts, StageStats};
+use std::time::Instant;
+
+/// The stages, in the order in which a path meets them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(usize)]
+pub enum Stage {
+    /// Camera rays from film positions.
+    GenerateCameraRays,
+    /// Closest hits.
+    IntersectClosest,
+    /// Hits to queues, by what they hit.
+    SortHits,
+    /// Rays that left the scene.
+    ShadeMiss,
+    /// Hits on emitters.
+    ShadeEmitter,
+    /// Diffuse surfaces.
+    ShadeDiffuse,
+    /// Mirrors.
+    ShadeMirror,
+    /// Shadow rays.
+    IntersectShadow,
+    /// Radiance to the film.
+    AddToFilm,
+}
+
+/// How many stages there are.
+pub const STAGES: usize = 9;
+
+impl Stage {
+    /// Every stage.
+    pub const ALL: [Stage; STAGES] = [
+        Stage::GenerateCameraRays,
+        Stage::IntersectClosest,
+        Stage::SortHits,
+        Stage::ShadeMiss,
+        Stage::ShadeEmitter,
+        Stage::ShadeDiffuse,
+        Stage::ShadeMirror,
+        Stage::IntersectShadow,
+        Stage::AddToFilm,
+    ];
+
+    /// The name in plans and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::GenerateCameraRays => "generate_camera_rays",
+            Stage::IntersectClosest => "intersect_closest",
+            Stage::SortHits => "sort_hits",
+            Stage::ShadeMiss => "shade_miss",
+            Stage::ShadeEmitter => "shade_emitter",
+            Stage::ShadeDiffuse => "shade_diffuse",
+            Stage::ShadeMirror => "shade_mirror",
+            Stage::IntersectShadow => "intersect_shadow",
+            Stage::AddToFilm => "add_to_film",
+        }
+    }
+}
+
+/// What one stage has done.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StageCount {
+    /// Lanes that held work.
+    pub used: u64,
+    /// Lanes that could have.
+    pub possible: u64,
+    /// Seconds.
+    pub seconds: f64,
+    /// The stage ran at all.
+    pub runs: u64,
+}
+
+/// One thread's counters.
+#[derive(Clone, Debug, Default)]
+pub struct Counters {
+    /// Per [`Stage`].
+    pub stages: [StageCount; STAGES],
+    /// Rays by kind.
+    pub rays: RayCounts,
+    /// Camera paths.
+    pub paths: u64,
+    /// Paths cut by the depth guard.
+    pub guarded: u64,
+}
+
+impl Counters {
+    /// Notes one run of `stage` over `items` items in whole blocks of eight, begun at `since`; returns now.
+    #[inline]
+    pub fn note(&mut self, stage: Stage, items: usize, since: Instant) -> Instant {
+        let now = Instant::now();
+        let count = &mut self.stages[stage as usize];
+        count.used += items as u64;
+        count.possible += items.next_multiple_of(crate::lanes::LANES) as u64;
+        count.seconds += (now - since).as_secs_f64();
+        count.runs += 1;
+        now
+    }
+
+    /// Adds another thread's counters.
+    pub fn add(&mut self, other: &Counters) {
+        for (mine, theirs) in self.stages.iter_mut().zip(&other.stages) {
+            mine.used += theirs.used;
+            mine.possible += theirs.possible;
+            mine.seconds += theirs.seconds;
+            mine.runs += theirs.runs;
+        }
+        self.rays.camera += other.rays.camera;
+        self.rays.bounce += other.rays.bounce;
+        self.rays.shadow += other.rays.shadow;
+        self.paths += other.paths;
+        self.guarded += other.guarded;
+    }
+
+    /// The stages that ran, for reports.
+    pub fn report(&self) -> Vec<StageStats> {
+        let ran = Stage::ALL.into_iter().zip(&self.stages).filter(|(_, count)| count.runs > 0);
+        ran.map(|(stage, count)| StageStats {
+            stage: stage.name(),
+            lanes_used: count.used,
+            lanes_possible: count.possible,
+            seconds: count.seconds,
+        })
+        .collect()
+    }
+}

@@ -1,0 +1,90 @@
+//! Light sampling for eight surface points at a time.
+
+use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
+use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
+use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
+use crate::scene::lights::{LightTable, Selection};
+
+/// Eight light samples as seen from eight surface points.
+pub struct LightSamples {
+    /// Lanes whose sample can contribute; the others hold anything.
+    pub valid: Mask8,
+    /// Cosines at the surfaces.
+    pub cosine: F32x8,
+    /// Radiance that arrives if nothing is in between.
+    pub radiance: Vec3x8,
+    /// Densities per steradian, selection included.
+    pub pdf_dir: F32x8,
+    /// The segments that must be free, from the points' ray origins (not normalised).
+    pub shadow_direction: Vec3x8,
+    /// Where they end.
+    pub shadow_tmax: F32x8,
+}
+
+/// Draws a light sample for every lane. `word` selects the lights, `u` the points on them.
+#[inline(always)]
+pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
+    match (lights.environment.is_some(), lights.records.is_empty()) {
+        (false, _) => sample_triangles(lights, points, word, u),
+        (true, true) => sample_environment(lights, points, u),
+        (true, false) => {
+            let sky = (word >> 31).eq(U32x8::splat(1));
+            let (a, b) = (sample_environment(lights, points, u), sample_triangles(lights, points, word << 1, u));
+            LightSamples {
+                valid: (sky & a.valid) | b.valid.and_not(sky),
+                cosine: sky.select(a.cosine, b.cosine),
+                radiance: sky.select_vec3(a.radiance, b.radiance),
+                pdf_dir: sky.select(a.pdf_dir, b.pdf_dir),
+                shadow_direction: sky.select_vec3(a.shadow_direction, b.shadow_direction),
+                shadow_tmax: sky.select(a.shadow_tmax, b.shadow_tmax),
+            }
+        }
+    }
+}
+
+/// The emitters that eight selection words choose.
+#[inline(always)]
+fn choose_triangles(lights: &LightTable, word: U32x8) -> U32x8 {
+    match lights.selection {
+        Selection::None | Selection::Single => U32x8::ZERO,
+        Selection::Uniform => word.multiply_high(U32x8::splat(lights.records.len() as u32)),
+        // A table lookup a lane: the scalar rule is the lane rule.
+        Selection::Alias(_) => U32x8::from_array(word.to_array().map(|word| lights.choose_triangle(word))),
+    }
+}
+
+#[inline(always)]
+fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
+    let columns = gather_records(&lights.records, choose_triangles(lights, word));
+    let (position, offset) = point_and_offset(&vertices(&columns), sample_uniform_triangle(u));
+    let light_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
+    let to_light = position - points.position;
+    let distance_squared = to_light.dot(to_light);
+    let direction = to_light.scale(F32x8::ONE / distance_squared.sqrt());
+    let cosine = points.normal.dot(direction);
+    let light_cosine = -light_normal.dot(direction);
+    let pdf_dir = columns[15] * distance_squared / light_cosine;
+    let zero = F32x8::ZERO;
+    LightSamples {
+        valid: distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero),
+        cosine,
+        radiance: Vec3x8::new(columns[12], columns[13], columns[14]),
+        pdf_dir,
+        shadow_direction: (position + light_normal.scale(offset)) - points.origin,
+        shadow_tmax: F32x8::ONE,
+    }
+}
+
+/// A constant environment, sampled by a cosine hemisphere about the surface normals.
+#[inline(always)]
+fn sample_environment(lights: &LightTable, points: &SurfacePoints, u: [F32x8; 2]) -> LightSamples {
+    let local = sample_cosine_hemisphere(u);
+    LightSamples {
+        valid: Mask8::ALL,
+        cosine: local.z,
+        radiance: Vec3x8::splat(lights.environment.unwrap_or_default()),
+        pdf_dir: F32x8::splat(lights.environment_probability) * cosine_hemisphere_pdf_dir(local.z),
+        shadow_direction: to_world(local, points.normal),
+        shadow_tmax: F32x8::splat(f32::INFINITY),
+    }
+}

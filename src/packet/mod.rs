@@ -1,0 +1,22 @@
+//! The packet engine: tables of paths, and stages that loop over them eight lanes at a time.
+//!
+//! **Law:** every stage reads some queues and appends to others; what happens next to a path is decided by the queue it is
+//! put in. A lane's result depends on its own path alone, so the order of a queue never changes a picture. Nothing here
+//! names `reference`: that the two agree, bit for bit, is what the tests prove.
+//!
+//! One tile of paths goes through `generate_camera_rays -> { intersect_closest -> sort_hits -> shade_miss | shade_emitter |
+//! shade_diffuse | shade_mirror -> intersect_shadow }` until no path is left; [`plan`] says which of these a render needs.
+
+pub mod counters;
+pub mod generate_camera_rays;
+pub mod light;
+pub mod mis;
+pub mod plan;
+pub mod shade_emitter;
+pub mod shade_miss;
+pub mod shade_surface;
+pub mod sort_hits;
+pub mod state;
+pub mod surface;
+pub mod tile;
+pub mod warp;

@@ -1,0 +1,174 @@
+//! The plan: which stages, variants and queues a scene and a strategy need, and what they leave out.
+//!
+//! **Invariant:** a stage that is not needed is not in the list, is never called, and its queue holds no memory.
+
+use super::counters::{Counters, Stage};
+use super::shade_surface::{shade_diffuse, shade_mirror};
+use super::state::{QueueNeeds, TileState};
+use crate::scene::lights::selection_name;
+use crate::settings::Strategy;
+use crate::setup::Setup;
+
+/// A stage of the plan.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct PlannedStage {
+    /// Its name.
+    pub stage: &'static str,
+    /// The variant of it that runs.
+    pub variant: String,
+}
+
+/// Something this render does without.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct LeftOut {
+    /// What.
+    pub what: &'static str,
+    /// Why it is not needed.
+    pub why: String,
+}
+
+/// A surface stage, monomorphised for one strategy.
+pub type SurfaceStage = fn(&Setup, &Plan, &mut TileState, &mut Counters, u32);
+
+/// What a render runs, in order, and what it leaves out.
+pub struct Plan {
+    /// Stages in the order in which a path meets them.
+    pub stages: Vec<PlannedStage>,
+    /// What is neither allocated nor branched on nor run.
+    pub left_out: Vec<LeftOut>,
+    /// Queues that exist.
+    pub needs: QueueNeeds,
+    /// The diffuse stage of this strategy.
+    pub shade_diffuse: SurfaceStage,
+    /// The mirror stage of this strategy.
+    pub shade_mirror: SurfaceStage,
+    /// Every triangle has this class, so hits need not be looked up ([`crate::scene::PreparedScene::classes`]).
+    pub only_class: Option<u8>,
+    /// Shadow rays end at a light point (1), leave the scene (infinity), or say so one by one (`None`).
+    pub shadow_tmax: Option<f32>,
+    /// Whether emission can count after a last diffuse event.
+    pub last_diffuse_counts: bool,
+    /// Whether emission can count after a last delta event.
+    pub last_delta_counts: bool,
+}
+
+impl Plan {
+    /// The plan of one render.
+    pub fn new(setup: &Setup) -> Plan {
+        let (scene, strategy) = (setup.scene, setup.strategy);
+        let emission_counts = strategy != Strategy::NeeNoEmission;
+        let events = setup.max_depth > 0;
+        let needs = QueueNeeds {
+            pdf: strategy.is_mis() && setup.samples_lights(),
+            misses: scene.environment.is_some() && emission_counts,
+            emitters: !scene.emitters.is_empty() && emission_counts,
+            diffuse: scene.features.diffuse && events,
+            mirror: scene.features.mirror && events,
+            shadow: scene.features.diffuse && events && setup.samples_lights(),
+        };
+        let first = scene.classes.first().copied();
+        let lit = !setup.lights.is_empty();
+        let (shade_diffuse, shade_mirror) = variants(strategy);
+        Plan {
+            stages: stages(setup, needs),
+            left_out: left_out(setup),
+            needs,
+            shade_diffuse,
+            shade_mirror,
+            only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
+            shadow_tmax: match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
+                (false, _) => Some(1.0),
+                (true, true) => Some(f32::INFINITY),
+                (true, false) => None,
+            },
+            last_diffuse_counts: lit && !matches!(strategy, Strategy::Nee | Strategy::NeeNoEmission),
+            last_delta_counts: lit && emission_counts,
+        }
+    }
+
+    /// Whether `stage` runs.
+    pub fn has(&self, stage: Stage) -> bool {
+        self.stages.iter().any(|s| s.stage == stage.name())
+    }
+
+    /// One thread's queues.
+    pub fn tile_state(&self, capacity: usize) -> TileState {
+        TileState::new(capacity, self.needs, self.shadow_tmax.unwrap_or(1.0))
+    }
+}
+
+/// The surface stages of a strategy: one monomorphised copy each.
+fn variants(strategy: Strategy) -> (SurfaceStage, SurfaceStage) {
+    macro_rules! choose {
+        ($($variant:ident),*) => {
+            match strategy {
+                $(Strategy::$variant => (
+                    shade_diffuse::<{ Strategy::$variant as u8 }>,
+                    shade_mirror::<{ Strategy::$variant as u8 }>,
+                ),)*
+            }
+        };
+    }
+    choose!(Uniform, Bsdf, NeeSum, NeeAverage, NeeNoEmission, Nee, MisOneSample, MisBalance, MisPower)
+}
+
+fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
+    let strategy = setup.strategy.name();
+    let lights = match (needs.shadow, setup.strategy) {
+        (false, _) => String::new(),
+        (true, _) => format!(", light sample ({})", selection_name(&setup.lights)),
+    };
+    let roulette = if setup.rr_depth == u32::MAX || setup.rr_depth > setup.max_depth { "" } else { ", roulette" };
+    let ends = match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
+        (false, _) => "to light points",
+        (true, true) => "to the environment",
+        (true, false) => "to light points and the environment",
+    };
+    let weight = if needs.pdf { "weighed by density" } else { "weighed by strategy" };
+    let list = [
+        (Stage::GenerateCameraRays, true, "pinhole, box filter".to_string()),
+        (Stage::IntersectClosest, true, setup.scene.bvh.description()),
+        (Stage::SortHits, true, "one queue a material kind".to_string()),
+        (Stage::ShadeMiss, needs.misses, format!("constant environment, {weight}")),
+        (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
+        (Stage::ShadeDiffuse, needs.diffuse, format!("{strategy}{lights}{roulette}")),
+        (Stage::ShadeMirror, needs.mirror, format!("{strategy}{roulette}")),
+        (Stage::IntersectShadow, needs.shadow, ends.to_string()),
+        (Stage::AddToFilm, true, "sums and squares, f64".to_string()),
+    ];
+    let planned = list.into_iter().filter(|(_, needed, _)| *needed);
+    planned.map(|(stage, _, variant)| PlannedStage { stage: stage.name(), variant }).collect()
+}
+
+fn left_out(setup: &Setup) -> Vec<LeftOut> {
+    let scene = setup.scene;
+    let mut list = Vec::new();
+    let mut unless = |needed: bool, what: &'static str, why: String| {
+        if !needed {
+            list.push(LeftOut { what, why });
+        }
+    };
+    let strategy = format!("{} draws no light samples", setup.strategy);
+    let nothing = "no surface scatters".to_string();
+    unless(scene.environment.is_some(), "environment", "the scene names none".into());
+    unless(false, "textures", "no material has one".into());
+    unless(scene.features.mirror, "mirror", "no triangle is a mirror".into());
+    for what in ["conductor", "dielectric", "plastic"] {
+        unless(false, what, "no material is one".into());
+    }
+    unless(false, "lens", "the camera is a pinhole".into());
+    unless(false, "smooth normals", "surfaces are shaded with their true normals".into());
+    unless(false, "cut-outs", "no material is cut out".into());
+    unless(false, "pixel filter", "the box filter needs no weights".into());
+    let selects = setup.samples_lights() && setup.lights.records.len() > 1;
+    let single = if setup.lights.records.len() == 1 { "there is one light" } else { "there is nothing to choose from" };
+    let why = if setup.strategy.samples_lights() { single.to_string() } else { strategy.clone() };
+    unless(selects, "light selection", why);
+    let why = if setup.strategy.samples_lights() { "the scene has no light".to_string() } else { strategy };
+    unless(setup.samples_lights(), "light sampling", why);
+    let roulette = setup.rr_depth <= setup.max_depth;
+    let why = if setup.rr_depth == u32::MAX { "it is switched off" } else { "paths end before it would start" };
+    unless(roulette, "roulette", why.into());
+    unless(scene.features.diffuse || scene.features.mirror, "surface shading", nothing);
+    list
+}

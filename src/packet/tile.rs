@@ -1,0 +1,86 @@
+//! The loop: a list of stages over the queues of one tile. It knows no radiance.
+
+use std::time::Instant;
+
+use super::counters::{Counters, Stage};
+use super::generate_camera_rays::generate_camera_rays;
+use super::plan::Plan;
+use super::shade_emitter::shade_emitter;
+use super::shade_miss::shade_miss;
+use super::sort_hits::sort_hits;
+use super::state::TileState;
+use crate::bvh::RayKind;
+use crate::lanes::{LANES, Mask8, U32x8};
+use crate::settings::DEPTH_GUARD;
+use crate::setup::Setup;
+
+/// Follows the paths in `state.slots` (pixel and sample set, radiance 0) to their ends; their radiance is then in the slots.
+pub fn trace_paths(setup: &Setup, plan: &Plan, state: &mut TileState, counters: &mut Counters) {
+    let mut clock = Instant::now();
+    generate_camera_rays(setup, state);
+    clock = counters.note(Stage::GenerateCameraRays, state.slots.len, clock);
+    counters.paths += state.slots.len as u64;
+
+    let mut depth = 0;
+    while state.paths.len > 0 {
+        intersect_closest(setup, state, counters, depth);
+        clock = counters.note(Stage::IntersectClosest, state.paths.len, clock);
+
+        let last = depth == setup.max_depth;
+        let cut = sort_hits(setup, plan, state, !last);
+        counters.guarded += if depth == DEPTH_GUARD { cut as u64 } else { 0 };
+        clock = counters.note(Stage::SortHits, state.paths.len, clock);
+
+        if plan.needs.misses {
+            shade_miss(setup, plan, state);
+            clock = counters.note(Stage::ShadeMiss, state.misses.len, clock);
+        }
+        if plan.needs.emitters {
+            shade_emitter(setup, plan, state);
+            clock = counters.note(Stage::ShadeEmitter, state.emitters.len, clock);
+        }
+        if last {
+            break;
+        }
+        state.next.len = 0;
+        state.shadow.len = 0;
+        if plan.needs.diffuse {
+            (plan.shade_diffuse)(setup, plan, state, counters, depth);
+            clock = counters.note(Stage::ShadeDiffuse, state.diffuse.len, clock);
+        }
+        if plan.needs.mirror {
+            (plan.shade_mirror)(setup, plan, state, counters, depth);
+            clock = counters.note(Stage::ShadeMirror, state.mirror.len, clock);
+        }
+        if plan.needs.shadow {
+            intersect_shadow(setup, state, counters);
+            clock = counters.note(Stage::IntersectShadow, state.shadow.len, clock);
+        }
+        std::mem::swap(&mut state.paths, &mut state.next);
+        depth += 1;
+    }
+}
+
+/// Stage: the closest hits of all rays in `paths`.
+fn intersect_closest(setup: &Setup, state: &mut TileState, counters: &mut Counters, depth: u32) {
+    let (kind, count) = if depth == 0 {
+        (RayKind::Camera, &mut counters.rays.camera)
+    } else {
+        (RayKind::Bounce, &mut counters.rays.bounce)
+    };
+    *count += state.paths.len as u64;
+    let TileState { paths, hits, scratch, .. } = state;
+    setup.scene.bvh.intersect_queue(kind, &paths.rays, paths.len, hits, scratch);
+}
+
+/// Stage: shadow rays that nothing blocks add their contribution.
+fn intersect_shadow(setup: &Setup, state: &mut TileState, counters: &mut Counters) {
+    let TileState { shadow, slots, scratch, .. } = state;
+    counters.rays.shadow += shadow.len as u64;
+    setup.scene.bvh.occluded_queue(RayKind::Shadow, &shadow.rays, shadow.len, &mut shadow.blocked, scratch);
+    for first in (0..shadow.len).step_by(LANES) {
+        let active = Mask8::first((shadow.len - first).min(LANES)).bits();
+        let free = active & !shadow.blocked[first / LANES];
+        slots.add(U32x8::load(&shadow.slot, first), shadow.contribution.load(first), free);
+    }
+}

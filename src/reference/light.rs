@@ -1,0 +1,78 @@
+//! Light sampling: choose a light, choose a point or a direction, and say with which density.
+
+use super::surface::{SurfacePoint, point_and_offset};
+use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
+use super::{Real, Vec3, vec3};
+use crate::scene::lights::{LightRecord, LightTable};
+
+/// A light sample as seen from a surface point.
+pub struct LightSample {
+    /// Unit direction to the light.
+    pub direction: Vec3,
+    /// Cosine at the surface, above 0.
+    pub cosine: Real,
+    /// Radiance that arrives if nothing is in between.
+    pub radiance: Vec3,
+    /// Density per steradian, selection included, above 0.
+    pub pdf_dir: Real,
+    /// The segment that must be free: from the point's ray origin in this direction (not normalised) ..
+    pub shadow_direction: Vec3,
+    /// .. up to this parameter.
+    pub shadow_tmax: Real,
+}
+
+/// Draws a light sample; `None` if it cannot contribute (below the horizon, behind the light).
+///
+/// `word` selects the light, `u` the point on it.
+pub fn sample_light(lights: &LightTable, point: &SurfacePoint, word: u32, u: [Real; 2]) -> Option<LightSample> {
+    let (environment, word) = lights.choose_environment(word);
+    if environment {
+        return sample_environment(lights, point, u);
+    }
+    let light = &lights.records[lights.choose_triangle(word) as usize];
+    let (position, offset) = point_and_offset(&light.vertices, sample_uniform_triangle(u));
+    let to_light = position - point.position;
+    let distance_squared = to_light.dot(to_light);
+    if !(distance_squared > 0.0) {
+        return None;
+    }
+    let direction = to_light * (1.0 / distance_squared.sqrt());
+    let cosine = point.normal.dot(direction);
+    let light_cosine = -vec3(light.normal).dot(direction);
+    if !(cosine > 0.0 && light_cosine > 0.0) {
+        return None;
+    }
+    let pdf_dir = light.pdf_area as Real * distance_squared / light_cosine;
+    if !(pdf_dir > 0.0) {
+        return None;
+    }
+    let shadow_direction = (position + vec3(light.normal) * offset) - point.origin;
+    let radiance = vec3(light.radiance);
+    Some(LightSample { direction, cosine, radiance, pdf_dir, shadow_direction, shadow_tmax: 1.0 })
+}
+
+/// A constant environment, sampled by a cosine hemisphere about the surface normal.
+fn sample_environment(lights: &LightTable, point: &SurfacePoint, u: [Real; 2]) -> Option<LightSample> {
+    let local = sample_cosine_hemisphere(u);
+    let direction = to_world(local, point.normal);
+    Some(LightSample {
+        direction,
+        cosine: local.z,
+        radiance: vec3(lights.environment?),
+        pdf_dir: lights.environment_probability as Real * cosine_hemisphere_pdf_dir(local.z),
+        shadow_direction: direction,
+        shadow_tmax: Real::INFINITY,
+    })
+}
+
+/// Density per steradian with which [`sample_light`] would have drawn the point a BSDF ray hit: at distance `t`, on the
+/// front of `light`, where the ray's direction makes `light_cosine` with the (reversed) normal.
+pub fn light_pdf_dir(light: &LightRecord, t: Real, light_cosine: Real) -> Real {
+    light.pdf_area as Real * (t * t) / light_cosine
+}
+
+/// Density per steradian with which [`sample_light`] would have drawn the direction of a BSDF ray that left the scene,
+/// from a surface where it makes `cosine` with the normal.
+pub fn environment_pdf_dir(lights: &LightTable, cosine: Real) -> Real {
+    lights.environment_probability as Real * cosine_hemisphere_pdf_dir(cosine)
+}

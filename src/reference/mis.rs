@@ -1,0 +1,16 @@
+//! Weights of multiple importance sampling (Veach 1997, section 9.2), as ratios that cannot overflow.
+//!
+//! Densities are per steradian, above 0 and possibly infinite; the other technique's may be 0.
+
+use super::Real;
+
+/// The balance heuristic: the weight of a sample that technique `a` drew with density `p_a`, where `b` would have had `p_b`.
+pub fn balance(p_a: Real, p_b: Real) -> Real {
+    1.0 / (1.0 + p_b / p_a)
+}
+
+/// The power heuristic with beta = 2.
+pub fn power(p_a: Real, p_b: Real) -> Real {
+    let ratio = p_b / p_a;
+    1.0 / (1.0 + ratio * ratio)
+}

@@ -1,0 +1,274 @@
+//! One path, from the camera to its end: all nine strategies. The step titles name the packet engine's stages.
+
+use super::bsdf::{BsdfSample, sample_diffuse, sample_diffuse_uniformly, sample_mirror};
+use super::intersect::{Ray, intersect, occluded};
+use super::light::{LightSample, environment_pdf_dir, light_pdf_dir, sample_light};
+use super::surface::{SurfacePoint, surface_point};
+use super::{Real, Vec3, bsdf, mis, vec3};
+use crate::bvh::ray::NO_HIT;
+use crate::reference::TraceVertex;
+use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
+use crate::scene::prepare::{MaterialKind, NO_LIGHT};
+use crate::settings::{DEPTH_GUARD, Strategy};
+use crate::setup::Setup;
+
+/// What one path came to.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathResult {
+    /// Radiance arriving at the camera, W sr^-1 m^-2.
+    pub radiance: Vec3,
+    /// Rays after a scattering event.
+    pub bounce_rays: u32,
+    /// Shadow rays.
+    pub shadow_rays: u32,
+    /// The path was cut by the depth guard.
+    pub guarded: bool,
+}
+
+/// What must be remembered of the previous bounce to weigh emission that the next hit finds.
+#[derive(Clone, Copy)]
+enum Previous {
+    /// Camera ray or delta lobe: light sampling could not have found it. Counts 1.
+    Certain,
+    /// A direction drawn with this density per steradian and this cosine at the surface.
+    Drawn { pdf_dir: Real, cosine: Real },
+    /// The one-sample strategy's coin chose the light: counts 0.
+    LightChosen,
+}
+
+/// Follows sample `sample` of pixel (`x`, `y`); `record` is told every step.
+pub fn trace_path(
+    setup: &Setup,
+    (x, y): (u32, u32),
+    sample: u32,
+    record: &mut impl FnMut(TraceVertex),
+) -> PathResult {
+    let pixel = crate::sampler::pixel_address(x, y);
+    let numbers = |block: u32| random_words(pixel, sample, block, setup.seed);
+    let scene = setup.scene;
+    let mut result = PathResult::default();
+    let mut step = Step { depth: 0, beta: Vec3::ONE, radiance: Vec3::ZERO, record };
+
+    // generate_camera_rays
+    let mut ray = camera_ray(setup, x, y, numbers(CAMERA_BLOCK));
+    let mut previous = Previous::Certain;
+    step.note("camera", NO_HIT, 0.0, ray.origin, 0.0, 0.0);
+
+    loop {
+        // intersect_closest
+        result.bounce_rays += (step.depth > 0) as u32;
+        let Some(hit) = intersect(&scene.bvh, &ray) else {
+            // shade_miss
+            if let Some(radiance) = scene.environment {
+                let weight = environment_weight(setup, previous);
+                step.radiance += step.beta * vec3(radiance) * weight;
+                step.note("environment", NO_HIT, Real::INFINITY, ray.origin, 0.0, weight);
+            }
+            break;
+        };
+        let triangle = &scene.triangles[hit.triangle as usize];
+        let point = surface_point(triangle, hit.u, hit.v, ray.direction);
+
+        // shade_emitter
+        if triangle.light != NO_LIGHT && point.front {
+            let light = &setup.lights.records[triangle.light as usize];
+            let light_cosine = -vec3(triangle.normal).dot(ray.direction);
+            let weight = emission_weight(setup, previous, light_pdf_dir(light, hit.t, light_cosine));
+            step.radiance += step.beta * vec3(light.radiance) * weight;
+            step.note("emission", hit.triangle, hit.t, point.position, 0.0, weight);
+        }
+
+        // shade_surface: the path ends on black surfaces and after its last event
+        let material = &scene.materials[triangle.material as usize];
+        if material.kind == MaterialKind::Black || step.depth == setup.max_depth {
+            result.guarded = material.kind != MaterialKind::Black && step.depth == DEPTH_GUARD;
+            break;
+        }
+        let event = step.depth;
+        let color = vec3(material.color);
+        let delta = material.kind == MaterialKind::Mirror;
+
+        // shade_surface: light sample
+        let mut light_chosen = false;
+        if setup.samples_lights() && !delta {
+            let words = numbers(light_block(event));
+            light_chosen = unit(words[3]) < 0.5;
+            if setup.strategy != Strategy::MisOneSample || light_chosen {
+                let u = [unit(words[1]) as Real, unit(words[2]) as Real];
+                if let Some(light) = sample_light(&setup.lights, &point, words[0], u) {
+                    result.shadow_rays += direct_light(setup, &point, &light, color, &mut step) as u32;
+                }
+            }
+        }
+
+        // shade_surface: BSDF sample
+        let words = numbers(bsdf_block(event));
+        let u = [unit(words[0]) as Real, unit(words[1]) as Real];
+        let bounce = match material.kind {
+            MaterialKind::Mirror => sample_mirror(color, point.normal, ray.direction),
+            _ if setup.strategy == Strategy::Uniform => sample_diffuse_uniformly(color, point.normal, u),
+            _ => sample_diffuse(color, point.normal, u),
+        };
+        step.depth += 1;
+        step.beta *= bounce.factor;
+        previous = remember(setup, &bounce, light_chosen);
+        step.note(if delta { "mirror" } else { "diffuse" }, hit.triangle, hit.t, point.position, bounce.pdf_dir, 0.0);
+
+        // shade_surface: nothing more to find?
+        let last = step.depth == setup.max_depth;
+        if last && !emission_can_count(setup, previous) {
+            break;
+        }
+
+        // shade_surface: Russian roulette
+        let survival = max_element(step.beta);
+        if !(survival > 0.0) {
+            break;
+        }
+        if step.depth >= setup.rr_depth {
+            let survival = if survival < 1.0 { survival } else { 1.0 };
+            if !((unit(words[3]) as Real) < survival) {
+                step.note("roulette", hit.triangle, hit.t, point.position, 0.0, 0.0);
+                break;
+            }
+            step.beta *= 1.0 / survival;
+        }
+        ray = Ray { origin: point.origin, direction: bounce.direction, tmin: 0.0, tmax: Real::INFINITY };
+    }
+    result.radiance = step.radiance;
+    result
+}
+
+/// Adds the contribution of a light sample if nothing blocks it; whether a shadow ray was traced.
+fn direct_light<R: FnMut(TraceVertex)>(
+    setup: &Setup,
+    point: &SurfacePoint,
+    light: &LightSample,
+    albedo: Vec3,
+    step: &mut Step<R>,
+) -> bool {
+    // BSDF times cosine is albedo times cos/pi, and cos/pi is also the density of the BSDF's own sampling.
+    let pdf_bsdf = bsdf::diffuse_cosine(light.cosine);
+    let weight = light_sample_weight(setup.strategy, light.pdf_dir, pdf_bsdf);
+    let contribution = step.beta * albedo * light.radiance * (pdf_bsdf * weight / light.pdf_dir);
+    if contribution.x + contribution.y + contribution.z == 0.0 {
+        return false;
+    }
+    let shadow_ray =
+        Ray { origin: point.origin, direction: light.shadow_direction, tmin: 0.0, tmax: light.shadow_tmax };
+    // intersect_shadow
+    let blocked = occluded(&setup.scene.bvh, &shadow_ray);
+    if !blocked {
+        step.radiance += contribution;
+    }
+    let event = if blocked { "light sample, blocked" } else { "light sample" };
+    step.note(event, NO_HIT, 0.0, point.position, light.pdf_dir, weight);
+    true
+}
+
+/// The ray through a point of pixel (`x`, `y`).
+fn camera_ray(setup: &Setup, x: u32, y: u32, words: [u32; 4]) -> Ray {
+    let camera = &setup.camera;
+    // The film position is rounded to f32 in every copy of the reference: it is part of the sample's address.
+    let film_x = (x as f32 + unit(words[0])) as Real;
+    let film_y = (y as f32 + unit(words[1])) as Real;
+    let direction = vec3(camera.corner) + vec3(camera.right) * film_x + vec3(camera.down) * film_y;
+    let direction = direction * (1.0 / direction.dot(direction).sqrt());
+    Ray { origin: vec3(camera.origin), direction, tmin: 0.0, tmax: Real::INFINITY }
+}
+
+/// What a light sample counts (design table, column "light samples").
+fn light_sample_weight(strategy: Strategy, pdf_light: Real, pdf_bsdf: Real) -> Real {
+    match strategy {
+        Strategy::Uniform | Strategy::Bsdf => 0.0,
+        Strategy::NeeSum | Strategy::NeeNoEmission | Strategy::Nee => 1.0,
+        Strategy::NeeAverage => 0.5,
+        Strategy::MisOneSample => 2.0 * mis::balance(pdf_light, pdf_bsdf),
+        Strategy::MisBalance => mis::balance(pdf_light, pdf_bsdf),
+        Strategy::MisPower => mis::power(pdf_light, pdf_bsdf),
+    }
+}
+
+/// What emission found by a hit counts (design table, column "emission found by a hit counts"), where light sampling
+/// would have found it with density `pdf_light`.
+fn emission_weight(setup: &Setup, previous: Previous, pdf_light: Real) -> Real {
+    if setup.strategy == Strategy::NeeNoEmission {
+        return 0.0;
+    }
+    let pdf_dir = match previous {
+        Previous::Certain => return 1.0,
+        Previous::LightChosen => return 0.0,
+        Previous::Drawn { pdf_dir, .. } => pdf_dir,
+    };
+    match setup.strategy {
+        Strategy::Uniform | Strategy::Bsdf | Strategy::NeeSum => 1.0,
+        Strategy::NeeAverage => 0.5,
+        Strategy::NeeNoEmission | Strategy::Nee => 0.0,
+        Strategy::MisOneSample => 2.0 * mis::balance(pdf_dir, pdf_light),
+        Strategy::MisBalance => mis::balance(pdf_dir, pdf_light),
+        Strategy::MisPower => mis::power(pdf_dir, pdf_light),
+    }
+}
+
+/// [`emission_weight`] of the environment.
+fn environment_weight(setup: &Setup, previous: Previous) -> Real {
+    let pdf_light = match previous {
+        Previous::Drawn { cosine, .. } => environment_pdf_dir(&setup.lights, cosine),
+        _ => 0.0,
+    };
+    emission_weight(setup, previous, pdf_light)
+}
+
+/// Whether emission found by the next hit can count at all; if not, the last ray need not be traced.
+fn emission_can_count(setup: &Setup, previous: Previous) -> bool {
+    let strategy = setup.strategy;
+    let lit = !setup.lights.is_empty();
+    let excluded = match previous {
+        Previous::Certain => strategy == Strategy::NeeNoEmission,
+        Previous::LightChosen => true,
+        Previous::Drawn { .. } => matches!(strategy, Strategy::Nee | Strategy::NeeNoEmission),
+    };
+    lit && !excluded
+}
+
+fn remember(setup: &Setup, bounce: &BsdfSample, light_chosen: bool) -> Previous {
+    if bounce.delta {
+        Previous::Certain
+    } else if setup.strategy == Strategy::MisOneSample && light_chosen {
+        Previous::LightChosen
+    } else {
+        Previous::Drawn { pdf_dir: bounce.pdf_dir, cosine: bounce.cosine }
+    }
+}
+
+/// The largest component, by the crate's definition of the maximum.
+fn max_element(v: Vec3) -> Real {
+    let xy = if v.x > v.y { v.x } else { v.y };
+    if xy > v.z { xy } else { v.z }
+}
+
+/// A path's state, and who is told of it.
+struct Step<'a, R: FnMut(TraceVertex)> {
+    depth: u32,
+    beta: Vec3,
+    radiance: Vec3,
+    record: &'a mut R,
+}
+
+impl<R: FnMut(TraceVertex)> Step<'_, R> {
+    #[inline(always)]
+    fn note(&mut self, event: &'static str, triangle: u32, t: Real, at: Vec3, pdf: Real, weight: Real) {
+        let wide = |v: Vec3| [v.x as f64, v.y as f64, v.z as f64];
+        (self.record)(TraceVertex {
+            depth: self.depth,
+            event,
+            triangle,
+            t: t as f64,
+            position: wide(at),
+            beta: wide(self.beta),
+            radiance: wide(self.radiance),
+            pdf: pdf as f64,
+            weight: weight as f64,
+        });
+    }
+}

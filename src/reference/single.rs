@@ -1,0 +1,31 @@
+//! The reference with `Real = f32`.
+// Compiling the same files twice, with another number type, is the point of this folder.
+#![allow(clippy::duplicate_mod)]
+
+/// The number type of this copy of the reference.
+pub type Real = f32;
+/// Its vectors: glam's plain ones, which do not change with the build.
+pub type Vec3 = glam::Vec3;
+
+/// A table's vector as this copy's.
+#[inline(always)]
+pub fn vec3(v: [f32; 3]) -> Vec3 {
+    Vec3::new(v[0] as Real, v[1] as Real, v[2] as Real)
+}
+
+pub use crate::math::{INV_2PI, INV_PI, sin_cos_turns};
+
+#[path = "bsdf.rs"]
+pub mod bsdf;
+#[path = "intersect.rs"]
+pub mod intersect;
+#[path = "light.rs"]
+pub mod light;
+#[path = "mis.rs"]
+pub mod mis;
+#[path = "path.rs"]
+pub mod path;
+#[path = "surface.rs"]
+pub mod surface;
+#[path = "warp.rs"]
+pub mod warp;

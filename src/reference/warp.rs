@@ -1,0 +1,49 @@
+//! From uniform numbers to directions and points; each `sample_x` with its density below it.
+
+use super::{INV_2PI, INV_PI, Real, Vec3, sin_cos_turns};
+
+/// A direction about +z with density cos/pi: a disk lifted to the hemisphere (Malley's method; pbrt-v4 appendix A.5.3).
+pub fn sample_cosine_hemisphere(u: [Real; 2]) -> Vec3 {
+    let radius = u[0].sqrt();
+    let (sine, cosine) = sin_cos_turns(u[1]);
+    Vec3::new(radius * cosine, radius * sine, (1.0 - u[0]).sqrt())
+}
+
+/// Density per steradian of [`sample_cosine_hemisphere`].
+pub fn cosine_hemisphere_pdf_dir(cosine: Real) -> Real {
+    cosine * INV_PI
+}
+
+/// A direction about +z, uniform over the hemisphere (pbrt-v4 appendix A.5.2).
+pub fn sample_uniform_hemisphere(u: [Real; 2]) -> Vec3 {
+    let z = u[0];
+    let radius = (1.0 - z * z).sqrt();
+    let (sine, cosine) = sin_cos_turns(u[1]);
+    Vec3::new(radius * cosine, radius * sine, z)
+}
+
+/// Density per steradian of [`sample_uniform_hemisphere`].
+pub fn uniform_hemisphere_pdf_dir() -> Real {
+    INV_2PI
+}
+
+/// Barycentric weights of a point uniform over a triangle's area (Turk 1990; Osada et al. 2002).
+pub fn sample_uniform_triangle(u: [Real; 2]) -> [Real; 3] {
+    let root = u[0].sqrt();
+    [1.0 - root, root * (1.0 - u[1]), root * u[1]]
+}
+
+/// An orthonormal frame whose third axis is `n` (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017):
+/// the first and second axis.
+pub fn frame(n: Vec3) -> (Vec3, Vec3) {
+    let sign = Real::copysign(1.0, n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    (Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -(sign * n.x)), Vec3::new(b, sign + n.y * n.y * a, -n.y))
+}
+
+/// `local`, given in the frame about `n`, as a world direction.
+pub fn to_world(local: Vec3, n: Vec3) -> Vec3 {
+    let (tangent, bitangent) = frame(n);
+    tangent * local.x + bitangent * local.y + n * local.z
+}

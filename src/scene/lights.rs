@@ -1,0 +1,169 @@
+//! The light table: what a light sample reads, for one light selection.
+//!
+//! A light sample first decides between the environment and the triangles (with probability 1/2 each where a scene has
+//! both), then chooses a triangle, then a point on it uniformly by area. Choosing uses all 32 bits of one random word.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::prepare::PreparedScene;
+use crate::sampler::index_below;
+use crate::settings::Lights;
+
+/// One emissive triangle as light sampling and MIS see it: one cache line.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct LightRecord {
+    /// Vertices, scene units.
+    pub vertices: [[f32; 3]; 3],
+    /// Unit normal of the side that emits.
+    pub normal: [f32; 3],
+    /// Emitted radiance, W sr^-1 m^-2.
+    pub radiance: [f32; 3],
+    /// Density of light samples on this triangle, per unit area: selection probability over area.
+    pub pdf_area: f32,
+}
+
+/// One column of the alias table (Walker 1977, built as Vose 1991 does).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AliasColumn {
+    /// The column's own light is chosen where the low word of the selection is below this.
+    pub threshold: u32,
+    /// Else this light.
+    pub alias: u32,
+}
+
+/// What decides which light a sample goes to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Selection {
+    /// No emissive triangle.
+    None,
+    /// Exactly one: nothing to choose.
+    Single,
+    /// All alike.
+    Uniform,
+    /// By power.
+    Alias(Vec<AliasColumn>),
+}
+
+/// The lights of a scene under one selection.
+pub struct LightTable {
+    /// Per emitter of the scene, its record.
+    pub records: Vec<LightRecord>,
+    /// How a triangle is chosen.
+    pub selection: Selection,
+    /// Radiance of the environment, if it is a light.
+    pub environment: Option<[f32; 3]>,
+    /// Probability with which a light sample goes to the environment: 0, 1/2 or 1.
+    pub environment_probability: f32,
+}
+
+impl LightTable {
+    /// The table of `scene` under `lights`.
+    pub fn new(scene: &PreparedScene, lights: Lights) -> LightTable {
+        let count = scene.emitters.len();
+        let environment_probability = match (scene.environment, count) {
+            (None, _) => 0.0,
+            (Some(_), 0) => 1.0,
+            (Some(_), _) => 0.5,
+        };
+        let weights: Vec<f64> = match lights {
+            Lights::Uniform => vec![1.0; count],
+            Lights::Power => {
+                scene.emitters.iter().map(|e| e.area * e.radiance.iter().map(|&c| c as f64).sum::<f64>()).collect()
+            }
+        };
+        let total: f64 = weights.iter().sum();
+        let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
+        let records = scene.emitters.iter().enumerate().map(|(i, emitter)| {
+            let triangle = &scene.triangles[emitter.triangle as usize];
+            LightRecord {
+                vertices: triangle.vertices,
+                normal: triangle.normal,
+                radiance: emitter.radiance,
+                pdf_area: (probability(i) / emitter.area) as f32,
+            }
+        });
+        let selection = match (count, lights) {
+            (0, _) => Selection::None,
+            (1, _) => Selection::Single,
+            (_, Lights::Uniform) => Selection::Uniform,
+            (_, Lights::Power) => Selection::Alias(alias_table(&weights, total)),
+        };
+        LightTable {
+            records: records.collect(),
+            selection,
+            environment: scene.environment,
+            environment_probability,
+        }
+    }
+
+    /// Whether there is anything to sample.
+    pub fn is_empty(&self) -> bool {
+        self.records.is_empty() && self.environment.is_none()
+    }
+
+    /// Whether the sample of this selection word goes to the environment, and the word that is left for the triangles.
+    #[inline]
+    pub fn choose_environment(&self, word: u32) -> (bool, u32) {
+        match (self.environment.is_some(), self.records.is_empty()) {
+            (false, _) => (false, word),
+            (true, true) => (true, word),
+            (true, false) => (word >> 31 == 1, word << 1),
+        }
+    }
+
+    /// The emitter that a selection word chooses.
+    #[inline]
+    pub fn choose_triangle(&self, word: u32) -> u32 {
+        match &self.selection {
+            Selection::None | Selection::Single => 0,
+            Selection::Uniform => index_below(word, self.records.len() as u32),
+            Selection::Alias(columns) => {
+                let column = index_below(word, columns.len() as u32);
+                let low = word.wrapping_mul(columns.len() as u32);
+                let AliasColumn { threshold, alias } = columns[column as usize];
+                if low < threshold { column } else { alias }
+            }
+        }
+    }
+
+    /// The tables and their sizes in bytes.
+    pub fn tables(&self) -> Vec<(&'static str, usize)> {
+        let mut tables = vec![("light records", size_of_val(&self.records[..]))];
+        if let Selection::Alias(columns) = &self.selection {
+            tables.push(("light alias table", size_of_val(&columns[..])));
+        }
+        tables.retain(|table| table.1 > 0);
+        tables
+    }
+}
+
+/// Vose's method: every column holds at most two lights and the columns are equally likely.
+fn alias_table(weights: &[f64], total: f64) -> Vec<AliasColumn> {
+    let n = weights.len();
+    let mut share: Vec<f64> = weights.iter().map(|w| w / total * n as f64).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| share[i] < 1.0);
+    let full = |i: usize| AliasColumn { threshold: u32::MAX, alias: i as u32 };
+    let mut columns: Vec<AliasColumn> = (0..n).map(full).collect();
+    while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
+        small.pop();
+        columns[s] = AliasColumn { threshold: (share[s] * 4_294_967_296.0) as u32, alias: l as u32 };
+        share[l] -= 1.0 - share[s];
+        if share[l] < 1.0 {
+            large.pop();
+            small.push(l);
+        }
+    }
+    columns
+}
+
+/// Light kinds in words, for plans and reports.
+pub fn selection_name(table: &LightTable) -> &'static str {
+    match table.selection {
+        Selection::None => "environment",
+        Selection::Single => "single light",
+        Selection::Uniform => "uniform",
+        Selection::Alias(_) => "power (alias table)",
+    }
+}
+
