@@ -19,3 +19,5 @@ pub mod setup;
 
 pub use error::{Error, Result};
 pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};
+pub mod packet;
+pub mod reference;

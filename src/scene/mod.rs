@@ -6,6 +6,7 @@
 
 pub mod desc;
 pub mod lights;
+pub mod validate;
 pub mod prepare;
 
 pub use desc::SceneDesc;
