@@ -4,7 +4,7 @@
 //! shares nothing with the crate but the tables of rays and hits.
 
 use octray::bvh::ray::NO_HIT;
-use octray::bvh::{BuildOptions, Bvh, HitQueue, RayKind, RayPacket, RayQueue, Scratch, Walk, WalkCounters};
+use octray::bvh::{BuildOptions, Bvh, HitQueue, RayKind, RayPacket, RayQueue, Scratch, WalkCounters};
 use octray::lanes::{F32x8, Mask8, Vec3x8};
 use std::f32::consts::PI;
 use std::time::{Duration, Instant};
@@ -387,7 +387,7 @@ fn degenerate_trees() {
             let s = i as f32 * 0.01;
             // Not all in one plane: see the limit in `src/bvh/triangle.rs`.
             let turn = [(i as f32).sin(), (i as f32).cos(), (2.0 * i as f32).sin()];
-            line.positions.extend([at(s), at(s + 0.01), [0, 1, 2].map(|k| at(s)[k] + 1e-3 * turn[k])]);
+            line.positions.extend([at(s), at(s + 0.01), [0, 1, 2].map(|k| at(s)[k] + 0.05 * turn[k])]);
             line.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
         }
         check(&line, 2_000);

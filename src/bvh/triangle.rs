@@ -24,8 +24,9 @@
 //!
 //! Limit: for a ray that lies in a triangle's plane to the last bits of origin *and* direction, all three edge functions
 //! are rounding noise; `t` is then only known to lie between the corners along the dominant axis. Such a "hit" beside the
-//! triangle is taken or not as boxes around it let the ray in. Rays exactly in an axis-parallel plane are not concerned:
-//! their determinant is 0.
+//! triangle is taken or not as boxes around it let the ray in, so every walk tests a ray against the box of a leaf before
+//! its triangles. Slivers widen "to the last bits" by their aspect; rays exactly in an axis-parallel plane are not
+//! concerned: their determinant is 0.
 
 use super::node::LeafBlock;
 use super::ray::{HitPacket, NO_HIT};
