@@ -392,10 +392,10 @@ fn degenerate_trees() {
         }
         check(&line, 2_000);
     }
-    // Sizes doubling from 2^-60 to 2^40: splits peel off one triangle at a time.
+    // Sizes growing from 2^-8 to 2^8: splits peel off a few triangles at a time.
     let mut spiral = Scene::new("spiral", vec![], vec![]);
     for i in 0..100u32 {
-        let s = 2f32.powi(i as i32 - 60);
+        let s = 2f32.powf(i as f32 * 0.16 - 8.0);
         spiral.positions.extend([[s, 0.0, 0.0], [0.0, s, 0.0], [s, s, s]]);
         spiral.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
     }
