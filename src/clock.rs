@@ -3,6 +3,8 @@
 //! Wall time is `std::time::Instant`'s business. CPU time is what speed figures are stated in: it does not move when other
 //! programs share the cores.
 
+use std::time::Instant;
+
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
 fn seconds(time: Timespec) -> f64 {
@@ -17,6 +19,28 @@ pub fn process_cpu_seconds() -> f64 {
 /// CPU seconds (user and system) of the calling thread so far.
 pub fn thread_cpu_seconds() -> f64 {
     seconds(clock_gettime(ClockId::ThreadCPUTime))
+}
+
+/// Wall and CPU time since it was started.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopwatch {
+    wall: Instant,
+    cpu: f64,
+}
+
+impl Stopwatch {
+    /// Starts now.
+    pub fn start() -> Stopwatch {
+        Stopwatch { wall: Instant::now(), cpu: process_cpu_seconds() }
+    }
+    /// Wall seconds since the start.
+    pub fn wall_seconds(&self) -> f64 {
+        self.wall.elapsed().as_secs_f64()
+    }
+    /// CPU seconds (user and system, all threads of the process) since the start.
+    pub fn cpu_seconds(&self) -> f64 {
+        process_cpu_seconds() - self.cpu
+    }
 }
 
 /// The most memory this process has held in RAM at once, in bytes; `None` where the system does not say (it is `VmHWM` of

@@ -193,6 +193,11 @@ impl F32x8 {
     pub fn transpose(rows: [F32x8; LANES]) -> [F32x8; LANES] {
         f32x8::transpose(rows.map(|row| row.0)).map(F32x8)
     }
+    /// Crosses lanes: lane `i` becomes lane `indices[i]`; every index must be below 8.
+    #[inline(always)]
+    pub fn permute(self, indices: U32x8) -> Self {
+        F32x8::from_bits(self.to_bits().permute(indices))
+    }
     /// Reads memory at eight places: lane `i` is `table[indices[i]]`. Every index must lie in the table.
     #[inline(always)]
     pub fn gather(table: &[f32], indices: U32x8) -> Self {
@@ -269,6 +274,23 @@ impl U32x8 {
     pub fn from_f32(values: F32x8) -> Self {
         Self(bytemuck::cast(values.0.fast_trunc_int()))
     }
+    /// The smaller, as signed numbers.
+    #[inline(always)]
+    pub fn min_signed(self, other: Self) -> Self {
+        let (a, b): (i32x8, i32x8) = (bytemuck::cast(self.0), bytemuck::cast(other.0));
+        Self(bytemuck::cast(a.min(b)))
+    }
+    /// The larger, as signed numbers.
+    #[inline(always)]
+    pub fn max_signed(self, other: Self) -> Self {
+        let (a, b): (i32x8, i32x8) = (bytemuck::cast(self.0), bytemuck::cast(other.0));
+        Self(bytemuck::cast(a.max(b)))
+    }
+    /// Crosses lanes: lane `i` becomes lane `indices[i]`; every index must be below 8.
+    #[inline(always)]
+    pub fn permute(self, indices: U32x8) -> Self {
+        Self(self.0.shuffle(indices.0))
+    }
     /// Crosses lanes: the lanes of `mask` (bit `i`: lane `i`) move to the front in order; what follows them is unspecified.
     #[inline(always)]
     pub fn compress(self, mask: u8) -> Self {
@@ -316,6 +338,17 @@ impl Mask8 {
     pub fn from_bits(bits: u8) -> Self {
         let lane_bits = U32x8::from_array([1, 2, 4, 8, 16, 32, 64, 128]);
         (U32x8::splat(bits as u32) & lane_bits).eq(lane_bits)
+    }
+    /// Lane `i` is `lanes[i]`.
+    #[inline(always)]
+    pub const fn from_lanes(lanes: [bool; LANES]) -> Self {
+        let mut values = [0.0; LANES];
+        let mut lane = 0;
+        while lane < LANES {
+            values[lane] = f32::from_bits(if lanes[lane] { u32::MAX } else { 0 });
+            lane += 1;
+        }
+        Self(f32x8::new(values))
     }
     /// Lane `i` is `i < count`.
     #[inline(always)]

@@ -18,4 +18,9 @@ pub mod settings;
 pub mod setup;
 
 pub use error::{Error, Result};
+pub use film::Film;
+pub use render::{Render, render, render_with};
+pub use scene::{PreparedScene, Scene};
 pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};
+pub mod packet;
+pub mod reference;

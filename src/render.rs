@@ -1,6 +1,32 @@
-//! stub to be replaced: what a render returns.
+//! `render()`: threads over tiles, whole passes over samples, and what it all cost.
+//!
+//! The film is cut into tiles; every tile owns its pixels and adds its samples in order, so threads and passes leave no
+//! trace in the picture. A pass brings every pixel to the same number of samples.
 
-use crate::film::{Film, NonFinite};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::time::Duration;
+
+use crate::clock::Stopwatch;
+use crate::film::{Film, NonFinite, Pixel};
+use crate::packet::counters::{Counters, Stage};
+use crate::packet::plan::Plan;
+use crate::packet::state::TileState;
+use crate::packet::tile::trace_paths;
+use crate::reference::{TraceVertex, single};
+use crate::sampler::pixel_address;
+use crate::scene::PreparedScene;
+use crate::settings::{Crop, Engine, Settings};
+use crate::setup::Setup;
+
+/// Paths a packet tile follows at once: their queues (about 250 bytes a path) stay in a core's L2 cache.
+pub const PATHS_AT_ONCE: usize = 2048;
+
+/// Samples a pixel in one pass, at most: progress and time limits are looked at between passes.
+const PASS_SPP: u32 = 64;
+
+/// How many non-finite samples are described one by one.
+const NONFINITE_SHOWN: usize = 8;
 
 /// A finished render.
 #[derive(Debug)]
@@ -11,8 +37,8 @@ pub struct Render {
     pub stats: Stats,
 }
 
-/// Rays of one kind.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+/// Rays of each kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct RayCounts {
     /// Camera rays.
     pub camera: u64,
@@ -20,6 +46,13 @@ pub struct RayCounts {
     pub bounce: u64,
     /// Shadow rays.
     pub shadow: u64,
+}
+
+impl RayCounts {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.camera + self.bounce + self.shadow
+    }
 }
 
 /// One stage's work: lanes used and possible, and seconds summed over threads.
@@ -56,6 +89,8 @@ pub struct Stats {
     pub nonfinite_samples: Vec<NonFinite>,
     /// Paths that reached the depth guard.
     pub guarded: u64,
+    /// Every sample that was asked for has been taken (false after a stop).
+    pub finished: bool,
 }
 
 /// How far a render has come.
@@ -67,4 +102,291 @@ pub struct Progress {
     pub total: u64,
     /// Wall seconds since the start.
     pub seconds: f64,
+}
+
+/// Renders `scene` as `settings` say. See [`render_with`].
+pub fn render(scene: &PreparedScene, settings: &Settings) -> Render {
+    render_with(scene, settings, &|_| true)
+}
+
+/// Renders and tells `progress` now and then how far it is; once that returns false, the render stops after the pass it is
+/// in and the picture holds the samples taken so far.
+pub fn render_with(
+    scene: &PreparedScene,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> bool + Sync),
+) -> Render {
+    let setup = Setup::new(scene, settings);
+    let plan = Plan::new(&setup);
+    let spp = settings.spp.max(1);
+    let tiles = cut_into_tiles(setup.crop, spp.min(PASS_SPP));
+    let threads = thread_count(settings.threads).min(tiles.len());
+    let watch = Stopwatch::start();
+    let job = Job {
+        setup: &setup,
+        plan: &plan,
+        engine: settings.engine,
+        tiles,
+        next_tile: AtomicUsize::new(0),
+        samples: AtomicU64::new(0),
+        stop: AtomicBool::new(false),
+        watch,
+        total: spp as u64 * setup.crop.width as u64 * setup.crop.height as u64,
+        progress,
+    };
+    let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&job)).collect();
+    let mut done = 0;
+    while done < spp {
+        let seconds = watch.wall_seconds();
+        if done > 0 && (job.stop.load(Ordering::Relaxed) || settings.time.is_some_and(|t| seconds >= t.as_secs_f64())) {
+            break;
+        }
+        let pass = pass_length(done, spp, seconds, settings.time);
+        job.run_pass(&mut workers, done..done + pass);
+        done += pass;
+    }
+    let (render_s, cpu_s) = (watch.wall_seconds(), watch.cpu_seconds());
+    finish(&job, &workers, settings, done, Stats { threads, render_s, cpu_s, ..Stats::default() })
+}
+
+/// Samples of the next pass. Under a time limit passes start at one sample and grow, so that the last one does not
+/// overshoot by more than about a tenth of the limit.
+fn pass_length(done: u32, spp: u32, seconds: f64, time: Option<Duration>) -> u32 {
+    let most = (spp - done).min(PASS_SPP);
+    match (time, done) {
+        (None, _) => most,
+        (Some(_), 0) => 1,
+        (Some(limit), _) => {
+            let each = (seconds / done as f64).max(1e-9);
+            (((limit.as_secs_f64() * 0.1 / each) as u32).max(1)).min(most).min(done)
+        }
+    }
+}
+
+/// The worker threads of a render: `asked`, or one for every core.
+fn thread_count(asked: usize) -> usize {
+    match asked {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        n => n,
+    }
+}
+
+/// A rectangle of the film and what it has gathered.
+struct Tile {
+    area: Crop,
+    pixels: Vec<Pixel>,
+    nonfinite: Vec<(u32, u32, u32)>,
+}
+
+/// Tiles small enough that a pass over one fills, and does not overflow, the packet engine's queues.
+fn cut_into_tiles(crop: Crop, pass_spp: u32) -> Vec<Mutex<Tile>> {
+    let (width, height) = match pass_spp {
+        8.. => (16, 16),
+        4.. => (32, 16),
+        2.. => (32, 32),
+        _ => (64, 32),
+    };
+    let mut tiles = Vec::new();
+    for y in (0..crop.height).step_by(height) {
+        for x in (0..crop.width).step_by(width) {
+            let (w, h) = ((crop.width - x).min(width as u32), (crop.height - y).min(height as u32));
+            let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
+            let pixels = vec![Pixel::default(); (w * h) as usize];
+            tiles.push(Mutex::new(Tile { area, pixels, nonfinite: Vec::new() }));
+        }
+    }
+    tiles
+}
+
+/// What the threads of one render share.
+struct Job<'a> {
+    setup: &'a Setup<'a>,
+    plan: &'a Plan,
+    engine: Engine,
+    tiles: Vec<Mutex<Tile>>,
+    next_tile: AtomicUsize,
+    samples: AtomicU64,
+    stop: AtomicBool,
+    watch: Stopwatch,
+    total: u64,
+    progress: &'a (dyn Fn(Progress) -> bool + Sync),
+}
+
+/// What one thread owns.
+struct Worker {
+    state: Option<TileState>,
+    counters: Counters,
+    /// Pixel index in the tile of every slot.
+    pixel_of_slot: Vec<u32>,
+}
+
+impl Worker {
+    fn new(job: &Job) -> Worker {
+        let state = (job.engine == Engine::Packet).then(|| job.plan.tile_state(PATHS_AT_ONCE));
+        Worker { state, counters: Counters::default(), pixel_of_slot: Vec::new() }
+    }
+}
+
+impl Job<'_> {
+    /// Takes samples `range` of every pixel.
+    fn run_pass(&self, workers: &mut [Worker], range: std::ops::Range<u32>) {
+        self.next_tile.store(0, Ordering::Relaxed);
+        match workers {
+            [only] => self.work(only, range),
+            _ => std::thread::scope(|scope| {
+                for worker in workers {
+                    let range = range.clone();
+                    scope.spawn(move || self.work(worker, range));
+                }
+            }),
+        }
+    }
+
+    fn work(&self, worker: &mut Worker, range: std::ops::Range<u32>) {
+        while let Some(tile) = self.tiles.get(self.next_tile.fetch_add(1, Ordering::Relaxed)) {
+            // A poisoned lock means another thread has panicked: its tile is not this one's.
+            let mut tile = tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            match self.engine {
+                Engine::Packet => self.packet_tile(worker, &mut tile, range.clone()),
+                Engine::Scalar => self.scalar_tile(worker, &mut tile, range.clone()),
+            }
+            let taken = tile.pixels.len() as u64 * range.len() as u64;
+            let samples = self.samples.fetch_add(taken, Ordering::Relaxed) + taken;
+            let seconds = self.watch.wall_seconds();
+            if !(self.progress)(Progress { samples, total: self.total, seconds }) {
+                self.stop.store(true, Ordering::Relaxed);
+            }
+        }
+    }
+
+    fn packet_tile(&self, worker: &mut Worker, tile: &mut Tile, range: std::ops::Range<u32>) {
+        let Some(state) = worker.state.as_mut() else { return };
+        let samples_at_once = (PATHS_AT_ONCE / tile.pixels.len()).max(1) as u32;
+        let mut first = range.start;
+        while first < range.end {
+            let count = samples_at_once.min(range.end - first);
+            fill_slots(state, &mut worker.pixel_of_slot, tile.area, first, count);
+            trace_paths(self.setup, self.plan, state, &mut worker.counters);
+            let clock = std::time::Instant::now();
+            for slot in 0..state.slots.len {
+                let [r, g, b, _] = state.slots.radiance[slot];
+                tile.add(worker.pixel_of_slot[slot] as usize, state.slots.sample[slot], [r, g, b]);
+            }
+            worker.counters.note(Stage::AddToFilm, state.slots.len, clock);
+            first += count;
+        }
+    }
+
+    fn scalar_tile(&self, worker: &mut Worker, tile: &mut Tile, range: std::ops::Range<u32>) {
+        let counters = &mut worker.counters;
+        for index in 0..tile.pixels.len() {
+            let pixel = (tile.area.x + index as u32 % tile.area.width, tile.area.y + index as u32 / tile.area.width);
+            for sample in range.clone() {
+                let path = single::path::trace_path(self.setup, pixel, sample, &mut |_| {});
+                counters.paths += 1;
+                counters.rays.camera += 1;
+                counters.rays.bounce += path.bounce_rays as u64;
+                counters.rays.shadow += path.shadow_rays as u64;
+                counters.guarded += path.guarded as u64;
+                tile.add(index, sample, path.radiance.to_array());
+            }
+        }
+    }
+}
+
+impl Tile {
+    fn add(&mut self, index: usize, sample: u32, radiance: [f32; 3]) {
+        if !self.pixels[index].add(radiance) {
+            let (x, y) = (index as u32 % self.area.width, index as u32 / self.area.width);
+            self.nonfinite.push((self.area.y + y, self.area.x + x, sample));
+        }
+    }
+}
+
+/// Addresses of `count` samples from `first` of every pixel of `area`. Slots go through blocks of 4x4 pixels, each as two
+/// halves of 4x2, sample by sample, so that eight or sixteen neighbouring lanes hold neighbouring camera rays.
+fn fill_slots(state: &mut TileState, pixel_of_slot: &mut Vec<u32>, area: Crop, first: u32, count: u32) {
+    pixel_of_slot.clear();
+    let slots = &mut state.slots;
+    let mut len = 0;
+    for block_y in (0..area.height).step_by(4) {
+        for block_x in (0..area.width).step_by(4) {
+            for sample in first..first + count {
+                for y in block_y..(block_y + 4).min(area.height) {
+                    for x in block_x..(block_x + 4).min(area.width) {
+                        slots.pixel[len] = pixel_address(area.x + x, area.y + y);
+                        slots.sample[len] = sample;
+                        pixel_of_slot.push(y * area.width + x);
+                        len += 1;
+                    }
+                }
+            }
+        }
+    }
+    slots.len = len;
+    slots.radiance[..len].fill([0.0; 4]);
+}
+
+/// Tiles to film, counters to statistics.
+fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stats: Stats) -> Render {
+    let crop = job.setup.crop;
+    let mut film = Film::new(crop);
+    film.spp = spp;
+    let mut nonfinite = Vec::new();
+    for tile in &job.tiles {
+        let tile = tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        for (row, pixels) in tile.pixels.chunks(tile.area.width as usize).enumerate() {
+            let start = (tile.area.y - crop.y) as usize + row;
+            let start = start * crop.width as usize + (tile.area.x - crop.x) as usize;
+            film.pixels[start..start + pixels.len()].copy_from_slice(pixels);
+        }
+        nonfinite.extend_from_slice(&tile.nonfinite);
+    }
+    nonfinite.sort_unstable();
+    let mut counters = Counters::default();
+    workers.iter().for_each(|worker| counters.add(&worker.counters));
+    stats.paths = counters.paths;
+    stats.rays = counters.rays;
+    stats.guarded = counters.guarded;
+    stats.stages = counters.report();
+    stats.nonfinite = nonfinite.len() as u64;
+    let shown = nonfinite.iter().take(NONFINITE_SHOWN);
+    stats.nonfinite_samples =
+        shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(job.setup, (x, y), sample) }).collect();
+    stats.finished = spp == settings.spp.max(1) || settings.time.is_some() && !job.stop.load(Ordering::Relaxed);
+    film.metadata = metadata(job, settings, spp);
+    Render { film, stats }
+}
+
+/// The step of a path (told by the reference, which takes the same ones) that first made a value that is not finite.
+fn stage_of(setup: &Setup, pixel: (u32, u32), sample: u32) -> &'static str {
+    let mut stage = None;
+    single::path::trace_path(setup, pixel, sample, &mut |vertex: TraceVertex| {
+        if stage.is_none() && !vertex.is_finite() {
+            stage = Some(vertex.event);
+        }
+    });
+    stage.unwrap_or("film")
+}
+
+/// What made the picture, for image headers.
+fn metadata(job: &Job, settings: &Settings, spp: u32) -> Vec<(String, String)> {
+    let depth = |depth: Option<u32>, none: &str| depth.map_or(none.to_string(), |d| d.to_string());
+    let (width, height) = job.setup.film;
+    let Crop { x, y, width: w, height: h } = job.setup.crop;
+    [
+        ("software", concat!("octray ", env!("CARGO_PKG_VERSION")).to_string()),
+        ("scene", job.setup.scene.name.clone()),
+        ("strategy", settings.strategy.to_string()),
+        ("lights", settings.lights.to_string()),
+        ("sampler", settings.sampler.to_string()),
+        ("spp", spp.to_string()),
+        ("seed", settings.seed.to_string()),
+        ("max_depth", depth(settings.max_depth, "unbounded")),
+        ("rr_depth", depth(settings.rr_depth, "off")),
+        ("film", format!("{width}x{height}")),
+        ("crop", format!("{x},{y},{w},{h}")),
+    ]
+    .map(|(key, value)| (key.to_string(), value))
+    .to_vec()
 }

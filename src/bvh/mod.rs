@@ -4,6 +4,19 @@
 //! equal `t`. Tree shape, visiting order, packet width and the kind of walk never change a bit of it. Boxes are tested
 //! conservatively, triangles watertightly. Nothing here knows of materials or radiance.
 
+mod boxes;
+mod build;
+mod collapse;
+mod huge;
+pub mod node;
+mod query;
 pub mod ray;
+mod sah;
+mod sort;
+mod triangle;
+mod walk_packet;
+mod walk_single;
 
+pub use build::{BuildOptions, Bvh};
+pub use query::{RayKind, Scratch, Walk, WalkCounters};
 pub use ray::{HitPacket, HitQueue, RayPacket, RayQueue};

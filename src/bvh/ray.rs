@@ -93,6 +93,16 @@ columns! {
 }
 
 impl RayQueue {
+    /// Rows in whole blocks, padding included, the spare block not.
+    pub fn len(&self) -> usize {
+        self.ox.len().saturating_sub(LANES)
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Rays `first .. first + 8`.
     #[inline(always)]
     pub fn packet(&self, first: usize) -> RayPacket {

@@ -1,7 +1,9 @@
 //! Lanes used and possible, and seconds, per stage; rays by kind. Statistics only: nothing reads them to decide anything.
 
-use crate::render::{RayCounts, StageStats};
 use std::time::Instant;
+
+use crate::bvh::WalkCounters;
+use crate::render::{RayCounts, StageStats};
 
 /// The stages, in the order in which a path meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,6 +82,8 @@ pub struct Counters {
     pub stages: [StageCount; STAGES],
     /// Rays by kind.
     pub rays: RayCounts,
+    /// What the walks through the tree counted.
+    pub walk: WalkCounters,
     /// Camera paths.
     pub paths: u64,
     /// Paths cut by the depth guard.

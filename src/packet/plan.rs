@@ -5,6 +5,7 @@
 use super::counters::{Counters, Stage};
 use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
+use crate::bvh::RayKind;
 use crate::scene::lights::selection_name;
 use crate::settings::Strategy;
 use crate::setup::Setup;
@@ -127,7 +128,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
     let weight = if needs.pdf { "weighed by density" } else { "weighed by strategy" };
     let list = [
         (Stage::GenerateCameraRays, true, "pinhole, box filter".to_string()),
-        (Stage::IntersectClosest, true, setup.scene.bvh.description()),
+        (Stage::IntersectClosest, true, walks(setup)),
         (Stage::SortHits, true, "one queue a material kind".to_string()),
         (Stage::ShadeMiss, needs.misses, format!("constant environment, {weight}")),
         (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
@@ -138,6 +139,12 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
     ];
     let planned = list.into_iter().filter(|(_, needed, _)| *needed);
     planned.map(|(stage, _, variant)| PlannedStage { stage: stage.name(), variant }).collect()
+}
+
+/// How rays walk the tree, by kind.
+fn walks(setup: &Setup) -> String {
+    let bvh = &setup.scene.bvh;
+    format!("camera {:?}, bounce {:?}", bvh.walk_for_closest(RayKind::Camera), bvh.walk_for_closest(RayKind::Bounce))
 }
 
 fn left_out(setup: &Setup) -> Vec<LeftOut> {

@@ -8,7 +8,7 @@ use super::plan::Plan;
 use super::shade_emitter::shade_emitter;
 use super::shade_miss::shade_miss;
 use super::sort_hits::sort_hits;
-use super::state::TileState;
+use super::state::{ShadowQueue, TileState};
 use crate::bvh::RayKind;
 use crate::lanes::{LANES, Mask8, U32x8};
 use crate::settings::DEPTH_GUARD;
@@ -70,14 +70,15 @@ fn intersect_closest(setup: &Setup, state: &mut TileState, counters: &mut Counte
     };
     *count += state.paths.len as u64;
     let TileState { paths, hits, scratch, .. } = state;
-    setup.scene.bvh.intersect_queue(kind, &paths.rays, paths.len, hits, scratch);
+    setup.scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.walk);
 }
 
 /// Stage: shadow rays that nothing blocks add their contribution.
 fn intersect_shadow(setup: &Setup, state: &mut TileState, counters: &mut Counters) {
     let TileState { shadow, slots, scratch, .. } = state;
     counters.rays.shadow += shadow.len as u64;
-    setup.scene.bvh.occluded_queue(RayKind::Shadow, &shadow.rays, shadow.len, &mut shadow.blocked, scratch);
+    let ShadowQueue { rays, blocked, len, .. } = shadow;
+    setup.scene.bvh.occluded_queue(RayKind::Shadow, rays, 0..*len, blocked, scratch, &mut counters.walk);
     for first in (0..shadow.len).step_by(LANES) {
         let active = Mask8::first((shadow.len - first).min(LANES)).bits();
         let free = active & !shadow.blocked[first / LANES];

@@ -1,10 +1,10 @@
 //! One path, from the camera to its end: all nine strategies. The step titles name the packet engine's stages.
 
 use super::bsdf::{BsdfSample, sample_diffuse, sample_diffuse_uniformly, sample_mirror};
-use super::intersect::{Ray, intersect, occluded};
+use super::intersect::{Ray, intersect, occluded, stack};
 use super::light::{LightSample, environment_pdf_dir, light_pdf_dir, sample_light};
 use super::surface::{SurfacePoint, surface_point};
-use super::{Real, Vec3, bsdf, mis, vec3};
+use super::{Real, Vec3, bsdf, intersect, mis, vec3};
 use crate::bvh::ray::NO_HIT;
 use crate::reference::TraceVertex;
 use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
@@ -47,7 +47,7 @@ pub fn trace_path(
     let numbers = |block: u32| random_words(pixel, sample, block, setup.seed);
     let scene = setup.scene;
     let mut result = PathResult::default();
-    let mut step = Step { depth: 0, beta: Vec3::ONE, radiance: Vec3::ZERO, record };
+    let mut step = Step { depth: 0, beta: Vec3::ONE, radiance: Vec3::ZERO, stack: stack(&scene.bvh), record };
 
     // generate_camera_rays
     let mut ray = camera_ray(setup, x, y, numbers(CAMERA_BLOCK));
@@ -57,7 +57,7 @@ pub fn trace_path(
     loop {
         // intersect_closest
         result.bounce_rays += (step.depth > 0) as u32;
-        let Some(hit) = intersect(&scene.bvh, &ray) else {
+        let Some(hit) = intersect(&scene.bvh, &ray, &mut step.stack) else {
             // shade_miss
             if let Some(radiance) = scene.environment {
                 let weight = environment_weight(setup, previous);
@@ -157,7 +157,7 @@ fn direct_light<R: FnMut(TraceVertex)>(
     let shadow_ray =
         Ray { origin: point.origin, direction: light.shadow_direction, tmin: 0.0, tmax: light.shadow_tmax };
     // intersect_shadow
-    let blocked = occluded(&setup.scene.bvh, &shadow_ray);
+    let blocked = occluded(&setup.scene.bvh, &shadow_ray, &mut step.stack);
     if !blocked {
         step.radiance += contribution;
     }
@@ -252,6 +252,7 @@ struct Step<'a, R: FnMut(TraceVertex)> {
     depth: u32,
     beta: Vec3,
     radiance: Vec3,
+    stack: intersect::Stack,
     record: &'a mut R,
 }
 

@@ -1,0 +1,174 @@
+//! Building the tree, looking at it, checking it.
+
+use super::collapse;
+use super::huge::Table;
+use super::node::{Child, LeafBlock, NO_TRIANGLE, Node};
+use super::sah::{self, PrimBox};
+use super::walk_single::Tables;
+use crate::lanes::LANES;
+use obvhs::bvh2::Bvh2;
+
+/// The tree over a scene's triangles.
+#[derive(Debug)]
+pub struct Bvh {
+    nodes: Table<Node>,
+    leaves: Table<LeafBlock>,
+    triangles: usize,
+    depth: usize,
+    extent: f32,
+}
+
+/// How to build.
+#[derive(Clone, Copy, Debug)]
+pub struct BuildOptions {
+    /// The most triangles in a leaf, 1 to 8. Packets pay for every triangle, one-ray walks for every block.
+    pub leaf_size: usize,
+}
+
+/// Scenes of up to this many triangles are walked by packets only, which like small leaves.
+const SMALL_SCENE: usize = 1 << 10;
+
+impl BuildOptions {
+    /// What measured best for a scene of `triangles` triangles.
+    pub fn for_scene(triangles: usize) -> Self {
+        Self { leaf_size: if triangles <= SMALL_SCENE { 4 } else { LANES } }
+    }
+}
+
+impl Bvh {
+    /// The tree over those triangles whose id (their index in `triangles`) is to be included; triangles without area need
+    /// not be. Positions must be finite.
+    pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]], include: impl Fn(u32) -> bool) -> Self {
+        Self::build_with(positions, triangles, include, BuildOptions::for_scene(triangles.len()))
+    }
+
+    /// [`Bvh::build`] with options of one's own.
+    pub fn build_with(
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        include: impl Fn(u32) -> bool,
+        options: BuildOptions,
+    ) -> Self {
+        let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
+        let source = Self::source_tree(positions, triangles, include);
+        let wide = collapse::collapse(&source, options.leaf_size.clamp(1, LANES), vertices);
+        let extent = source.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());
+        let (mut nodes, mut leaves) = (Table::zeroed(wide.nodes.len()), Table::zeroed(wide.leaves.len()));
+        nodes.rows_mut().copy_from_slice(&wide.nodes);
+        leaves.rows_mut().copy_from_slice(&wide.leaves);
+        Self { nodes, leaves, triangles: source.primitive_indices.len(), depth: wide.depth, extent }
+    }
+
+    /// The binary tree that [`Bvh::build`] collapses, one triangle a leaf.
+    pub fn source_tree(positions: &[[f32; 3]], triangles: &[[u32; 3]], include: impl Fn(u32) -> bool) -> Bvh2 {
+        assert!(triangles.len() < 1 << 31, "triangle ids are below 2^31");
+        let mut prims: Vec<PrimBox> = (0..triangles.len() as u32)
+            .filter(|&id| include(id))
+            .map(|id| PrimBox::new(triangles[id as usize].map(|vertex| positions[vertex as usize]), id))
+            .collect();
+        sah::build(&mut prims)
+    }
+
+    /// All nodes, the root first; a parent comes before its children.
+    #[inline]
+    pub fn nodes(&self) -> &[Node] {
+        self.nodes.rows()
+    }
+    /// All leaf blocks; at least one, which may be empty.
+    #[inline]
+    pub fn leaves(&self) -> &[LeafBlock] {
+        self.leaves.rows()
+    }
+    /// How many triangles the tree holds.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles
+    }
+    /// Levels of nodes, the root's included.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+    /// The most entries a depth-first walk that pushes every hit child can have on its stack.
+    pub fn stack_bound(&self) -> usize {
+        self.depth * (LANES - 1) + 1
+    }
+    /// The largest |coordinate| of all triangles, scene units.
+    pub fn extent(&self) -> f32 {
+        self.extent
+    }
+    /// The tables' names and sizes in bytes.
+    pub fn tables(&self) -> Vec<(&'static str, usize)> {
+        vec![("bvh nodes", self.nodes.bytes()), ("bvh leaves", self.leaves.bytes())]
+    }
+    #[inline(always)]
+    pub(super) fn walk_tables(&self) -> Tables<'_> {
+        Tables { nodes: self.nodes(), leaves: self.leaves(), extent: self.extent }
+    }
+
+    /// Checks every promise of the tables: each node and block has one parent, boxes hold what is below them, ids ascend,
+    /// slots fill from 0, the depth is right. The first broken one, in words.
+    pub fn validate(&self) -> Result<(), String> {
+        let (nodes, leaves) = (self.nodes(), self.leaves());
+        let mut node_seen = vec![false; nodes.len()];
+        let mut leaf_seen = vec![false; leaves.len()];
+        let mut ids = vec![];
+        let mut depth = 0;
+        let mut pending = vec![(0, 1, [[f32::NEG_INFINITY, f32::INFINITY]; 3])];
+        while let Some((index, level, outer)) = pending.pop() {
+            let node: &Node = nodes.get(index).ok_or(format!("node {index} does not exist"))?;
+            if std::mem::replace(&mut node_seen[index], true) {
+                return Err(format!("node {index} has two parents"));
+            }
+            depth = depth.max(level);
+            for slot in 0..LANES {
+                let bounds: [[f32; 2]; 3] =
+                    std::array::from_fn(|axis| std::array::from_fn(|side| node.bounds[axis][side][slot]));
+                let inside = |inner: &[[f32; 2]; 3], outer: &[[f32; 2]; 3]| {
+                    (0..3).all(|axis| inner[axis][0] >= outer[axis][0] && inner[axis][1] <= outer[axis][1])
+                };
+                let child = node.child(slot);
+                if child != Child::Empty && !inside(&bounds, &outer) {
+                    return Err(format!("child {slot} of node {index} reaches out of its parent"));
+                }
+                match child {
+                    Child::Empty => {
+                        if bounds != [[f32::INFINITY, f32::NEG_INFINITY]; 3] {
+                            return Err(format!("empty slot {slot} of node {index} can be hit"));
+                        }
+                    }
+                    Child::Inner(child) => pending.push((child, level + 1, bounds)),
+                    Child::Leaf(block, count) => {
+                        let leaf = leaves.get(block).ok_or(format!("leaf {block} does not exist"))?;
+                        if std::mem::replace(&mut leaf_seen[block], true) {
+                            return Err(format!("leaf {block} has two parents"));
+                        }
+                        if !leaf.ids[..count].is_sorted_by(|a, b| a < b)
+                            || leaf.ids[count - 1] == NO_TRIANGLE
+                            || leaf.ids[count..].iter().any(|&id| id != NO_TRIANGLE)
+                        {
+                            return Err(format!("leaf {block} of {count} triangles holds ids {:?}", leaf.ids));
+                        }
+                        ids.extend_from_slice(&leaf.ids[..count]);
+                        let corners = (0..count).flat_map(|lane| leaf.vertices.map(|v| v.map(|axis| axis[lane])));
+                        for corner in corners {
+                            if !inside(&corner.map(|x| [x, x]), &bounds) {
+                                return Err(format!("a triangle of leaf {block} reaches out of its box"));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        ids.sort_unstable();
+        ids.dedup();
+        if ids.len() != self.triangles {
+            return Err(format!("{} triangles, {} of them in leaves", self.triangles, ids.len()));
+        }
+        if node_seen.contains(&false) || (self.triangles > 0 && leaf_seen.contains(&false)) {
+            return Err("a node or leaf has no parent".into());
+        }
+        if depth != self.depth {
+            return Err(format!("depth {} is said, {depth} found", self.depth));
+        }
+        Ok(())
+    }
+}

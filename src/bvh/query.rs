@@ -1,0 +1,272 @@
+//! Questions to the tree: by packet, by queue, by stream; which walk answers them.
+
+use super::build::Bvh;
+use super::ray::{HitPacket, HitQueue, RayPacket, RayQueue};
+use super::walk_packet::{self, PacketStack};
+use super::walk_single::{self, Hit, Stack};
+use crate::lanes::{F32x8, LANES, Mask8};
+use std::cell::RefCell;
+use std::ops::Range;
+
+/// Where rays come from: how coherent neighbours in a queue are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayKind {
+    /// From the camera, neighbours in the picture next to each other.
+    Camera,
+    /// From hits of camera rays towards lights.
+    Shadow,
+    /// After a bounce, towards anywhere.
+    Bounce,
+}
+
+/// A way to walk the tree. All give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Walk {
+    /// One ray after the other.
+    Single,
+    /// Eight rays together; nodes that no more than this many rays enter are left to one-ray walks.
+    Packet(u32),
+}
+
+/// What walks need for a while. Keep one per thread: it grows to its size once.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    single: Stack,
+    packet: PacketStack,
+}
+
+impl Scratch {
+    fn reserve(&mut self, bvh: &Bvh) {
+        self.single.reserve(bvh.stack_bound());
+        self.packet.reserve(bvh.stack_bound());
+    }
+}
+
+/// What walks count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WalkCounters {
+    /// Rays asked about.
+    pub rays: u64,
+    /// Rays that took part in the steps (nodes, leaves) of packet walks.
+    pub lanes_used: u64,
+    /// Rays that could have: eight times the steps.
+    pub lanes_possible: u64,
+}
+
+thread_local! {
+    /// For the packet calls, which bring no scratch of their own.
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+impl Bvh {
+    /// Closest hits of eight rays. Lanes that are not active may hold anything and come back without a hit.
+    pub fn intersect(&self, rays: &RayPacket, active: Mask8) -> HitPacket {
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.reserve(self);
+            self.packet_closest(rays, active, 0, scratch, &mut WalkCounters::default())
+        })
+    }
+
+    /// Which of eight rays hit anything. Lanes that are not active may hold anything and come back false.
+    pub fn occluded(&self, rays: &RayPacket, active: Mask8) -> Mask8 {
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.reserve(self);
+            self.packet_any(rays, active, 0, scratch, &mut WalkCounters::default())
+        })
+    }
+
+    /// Closest hits of the rays `range` of a queue, written to the same rows of `hits`. `range` begins at a multiple of 8;
+    /// up to seven rows after its end may be written, too.
+    pub fn intersect_queue(
+        &self,
+        kind: RayKind,
+        rays: &RayQueue,
+        range: Range<usize>,
+        hits: &mut HitQueue,
+        scratch: &mut Scratch,
+        counters: &mut WalkCounters,
+    ) {
+        self.intersect_by(self.walk_for_closest(kind), rays, range, hits, scratch, counters);
+    }
+
+    /// Which of the rays `range` of a queue hit anything: one byte per block of eight rays, a bit per lane, at
+    /// `blocked[row / 8]`, which grows as needed. `range` begins at a multiple of 8.
+    pub fn occluded_queue(
+        &self,
+        kind: RayKind,
+        rays: &RayQueue,
+        range: Range<usize>,
+        blocked: &mut Vec<u8>,
+        scratch: &mut Scratch,
+        counters: &mut WalkCounters,
+    ) {
+        self.occluded_by(self.walk_for_any(kind), rays, range, blocked, scratch, counters);
+    }
+
+    /// Closest hits of the first `count` rays of a queue; the kind of rays is guessed from how alike neighbours are.
+    pub fn intersect_stream(&self, rays: &RayQueue, count: usize, hits: &mut HitQueue) {
+        hits.resize(count);
+        SCRATCH.with_borrow_mut(|scratch| {
+            let kind = guess_kind(rays, count);
+            self.intersect_queue(kind, rays, 0..count, hits, scratch, &mut WalkCounters::default());
+        });
+    }
+
+    /// Which of the first `count` rays of a queue hit anything, as [`Bvh::occluded_queue`] writes it.
+    pub fn occluded_stream(&self, rays: &RayQueue, count: usize, blocked: &mut Vec<u8>) {
+        SCRATCH.with_borrow_mut(|scratch| {
+            let kind = match guess_kind(rays, count) {
+                RayKind::Camera => RayKind::Shadow,
+                kind => kind,
+            };
+            self.occluded_queue(kind, rays, 0..count, blocked, scratch, &mut WalkCounters::default());
+        });
+    }
+
+    /// The walk that finds closest hits of `kind` fastest in this tree.
+    pub fn walk_for_closest(&self, kind: RayKind) -> Walk {
+        match kind {
+            RayKind::Camera => Walk::Packet(0),
+            RayKind::Shadow => Walk::Packet(2),
+            RayKind::Bounce if self.nodes().len() < 64 => Walk::Packet(0),
+            RayKind::Bounce => Walk::Single,
+        }
+    }
+
+    /// The walk that finds any hits of `kind` fastest in this tree.
+    pub fn walk_for_any(&self, kind: RayKind) -> Walk {
+        self.walk_for_closest(kind)
+    }
+
+    /// All walks that this tree can be walked by.
+    pub fn walks(&self) -> Vec<Walk> {
+        vec![Walk::Single, Walk::Packet(0), Walk::Packet(1), Walk::Packet(3), Walk::Packet(8)]
+    }
+
+    /// [`Bvh::intersect_queue`] by a walk of one's choice.
+    pub fn intersect_by(
+        &self,
+        walk: Walk,
+        rays: &RayQueue,
+        range: Range<usize>,
+        hits: &mut HitQueue,
+        scratch: &mut Scratch,
+        counters: &mut WalkCounters,
+    ) {
+        assert!(range.start.is_multiple_of(LANES), "a range of rays begins at a multiple of 8");
+        scratch.reserve(self);
+        counters.rays += range.len() as u64;
+        match walk {
+            Walk::Single => {
+                let tables = self.walk_tables();
+                for row in range {
+                    let ray = rays.ray(row);
+                    let hit = walk_single::closest(tables, &ray, 0, Hit::none(ray.tmax), &mut scratch.single);
+                    hits.set(row, hit);
+                }
+            }
+            Walk::Packet(switch) => {
+                for first in range.clone().step_by(LANES) {
+                    let active = Mask8::first((range.end - first).min(LANES));
+                    let hit = self.packet_closest(&rays.packet(first), active, switch, scratch, counters);
+                    hits.set_packet(first, &hit);
+                }
+            }
+        }
+    }
+
+    /// [`Bvh::occluded_queue`] by a walk of one's choice.
+    pub fn occluded_by(
+        &self,
+        walk: Walk,
+        rays: &RayQueue,
+        range: Range<usize>,
+        blocked: &mut Vec<u8>,
+        scratch: &mut Scratch,
+        counters: &mut WalkCounters,
+    ) {
+        assert!(range.start.is_multiple_of(LANES), "a range of rays begins at a multiple of 8");
+        scratch.reserve(self);
+        counters.rays += range.len() as u64;
+        if blocked.len() < range.end.div_ceil(LANES) {
+            blocked.resize(range.end.div_ceil(LANES), 0);
+        }
+        for first in range.clone().step_by(LANES) {
+            let lanes = (range.end - first).min(LANES);
+            blocked[first / LANES] = match walk {
+                Walk::Single => {
+                    let tables = self.walk_tables();
+                    let is_blocked =
+                        |lane: usize| walk_single::any(tables, &rays.ray(first + lane), 0, &mut scratch.single) as u8;
+                    (0..lanes).map(is_blocked).enumerate().fold(0, |bits, (lane, bit)| bits | bit << lane)
+                }
+                Walk::Packet(switch) => {
+                    self.packet_any(&rays.packet(first), Mask8::first(lanes), switch, scratch, counters).bits()
+                }
+            };
+        }
+    }
+
+    fn packet_closest(
+        &self,
+        rays: &RayPacket,
+        active: Mask8,
+        switch: u32,
+        scratch: &mut Scratch,
+        counters: &mut WalkCounters,
+    ) -> HitPacket {
+        let Scratch { single, packet } = scratch;
+        walk_packet::closest(self.walk_tables(), rays, active, switch, packet, single, counters)
+    }
+
+    fn packet_any(
+        &self,
+        rays: &RayPacket,
+        active: Mask8,
+        switch: u32,
+        scratch: &mut Scratch,
+        counters: &mut WalkCounters,
+    ) -> Mask8 {
+        let Scratch { single, packet } = scratch;
+        walk_packet::any(self.walk_tables(), rays, active, switch, packet, single, counters)
+    }
+}
+
+/// Camera-like if most rays share their octant with the next one and point nearly the same way, else bounced.
+fn guess_kind(rays: &RayQueue, count: usize) -> RayKind {
+    let (mut alike, mut looked) = (0, 0);
+    for first in (0..count).step_by((count / 64).next_multiple_of(LANES).max(LANES)) {
+        let d = rays.packet(first).direction;
+        let length = d.dot(d).sqrt().to_array();
+        let first_d = crate::lanes::Vec3x8::new(
+            F32x8::splat(d.x.to_array()[0]),
+            F32x8::splat(d.y.to_array()[0]),
+            F32x8::splat(d.z.to_array()[0]),
+        );
+        let cosine = first_d.dot(d).to_array();
+        for lane in 1..LANES.min(count - first) {
+            looked += 1;
+            alike += (cosine[lane] > 0.95 * length[0] * length[lane]) as usize;
+        }
+    }
+    if alike * 4 >= looked * 3 { RayKind::Camera } else { RayKind::Bounce }
+}
+
+impl RayQueue {
+    #[inline(always)]
+    fn ray(&self, row: usize) -> walk_single::Ray {
+        walk_single::Ray {
+            origin: [self.ox[row], self.oy[row], self.oz[row]],
+            direction: [self.dx[row], self.dy[row], self.dz[row]],
+            tmin: self.tmin[row],
+            tmax: self.tmax[row],
+        }
+    }
+}
+
+impl HitQueue {
+    #[inline(always)]
+    fn set(&mut self, row: usize, hit: Hit) {
+        (self.t[row], self.triangle[row], self.u[row], self.v[row]) = (hit.t, hit.triangle, hit.u, hit.v);
+    }
+}

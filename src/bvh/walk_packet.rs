@@ -1,0 +1,230 @@
+//! Eight rays at a time through the tree: one stack, a node is entered by all lanes whose rays hit its box.
+
+use super::WalkCounters;
+use super::boxes::{EightRaysBoxes, WIDENING};
+use super::node::{block_of, is_leaf, triangles_in};
+use super::ray::{HitPacket, RayPacket};
+use super::triangle::{Best, EightRays};
+use super::walk_single::{self, Ray, Stack, Tables};
+use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
+
+/// Nodes and leaves still to be visited, with every lane's distance: infinite where its ray misses the box.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PacketStack {
+    words: Vec<u32>,
+    near: Vec<[f32; LANES]>,
+}
+
+impl PacketStack {
+    /// Room for `entries`.
+    pub(super) fn reserve(&mut self, entries: usize) {
+        if self.words.len() < entries {
+            self.words.resize(entries, 0);
+            self.near.resize(entries, [0.0; LANES]);
+        }
+    }
+    #[inline(always)]
+    fn push(&mut self, top: &mut usize, word: u32, near: F32x8) {
+        self.words[*top] = word;
+        self.near[*top] = near.to_array();
+        *top += 1;
+    }
+}
+
+/// Eight rays of which the idle ones are copies of a live one and hit nothing.
+#[inline(always)]
+pub(super) fn without_garbage(rays: &RayPacket, active: Mask8) -> RayPacket {
+    if active.all() {
+        return *rays;
+    }
+    let first = active.bits().trailing_zeros() as usize & 7;
+    let copy = |values: F32x8| active.select(values, F32x8::splat(values.to_array()[first]));
+    let copy3 = |v: Vec3x8| Vec3x8::new(copy(v.x), copy(v.y), copy(v.z));
+    RayPacket {
+        origin: copy3(rays.origin),
+        direction: copy3(rays.direction),
+        tmin: active.select(rays.tmin, F32x8::splat(f32::INFINITY)),
+        tmax: active.select(rays.tmax, F32x8::splat(f32::NEG_INFINITY)),
+    }
+}
+
+/// One ray of a packet.
+pub(super) fn lane_ray(rays: &RayPacket, lane: usize) -> Ray {
+    let of = |v: Vec3x8| [v.x.to_array()[lane], v.y.to_array()[lane], v.z.to_array()[lane]];
+    Ray {
+        origin: of(rays.origin),
+        direction: of(rays.direction),
+        tmin: rays.tmin.to_array()[lane],
+        tmax: rays.tmax.to_array()[lane],
+    }
+}
+
+/// Closest hits of eight rays. A node that no more than `switch` rays enter is handed to the one-ray walk.
+pub(super) fn closest(
+    tables: Tables,
+    given: &RayPacket,
+    active: Mask8,
+    switch: u32,
+    stack: &mut PacketStack,
+    single: &mut Stack,
+    counters: &mut WalkCounters,
+) -> HitPacket {
+    let mut best = Best::none(given.tmax);
+    if !active.any() {
+        return best.hits();
+    }
+    let rays = without_garbage(given, active);
+    let boxes = EightRaysBoxes::new(rays.origin, rays.direction, rays.tmin, tables.extent);
+    let triangles = EightRays::new(rays.origin, rays.direction);
+    best.t = rays.tmax;
+    let infinite = F32x8::splat(f32::INFINITY);
+    let widening = F32x8::splat(WIDENING);
+    let mut top = 0;
+    let (mut next, mut near) = (0u32, active.select(F32x8::ZERO, infinite));
+    loop {
+        let live = near.le(best.t * widening) & active;
+        let count = live.count();
+        counters.lanes_possible += LANES as u64;
+        counters.lanes_used += count as u64;
+        if count == 0 {
+        } else if is_leaf(next) {
+            let block = &tables.leaves[block_of(next)];
+            for kz in 0..3 {
+                let own = live & triangles.lanes_by_axis[kz];
+                if own.any() {
+                    for lane in 0..triangles_in(next) {
+                        let edges = triangles.edges(block, lane, kz);
+                        if (edges.inside & own).any() {
+                            best.update(&edges, block.ids[lane], own, rays.tmin);
+                        }
+                    }
+                }
+            }
+        } else if count <= switch {
+            let mut bits = live.bits();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize & 7;
+                bits &= bits - 1;
+                let ray = lane_ray(&rays, lane);
+                let hit = walk_single::closest(tables, &ray, next, best.lane(lane), single);
+                best.set_lane(lane, hit);
+            }
+        } else {
+            let node = &tables.nodes[next as usize];
+            let best_wide = best.t * widening;
+            let mut chosen: Option<(u32, F32x8)> = None;
+            for child in 0..node.count().min(LANES) {
+                let (entry, hit) = boxes.test(&node.bounds, child, best_wide);
+                let hit = hit & live;
+                if hit.any() {
+                    let entry = hit.select(entry, infinite);
+                    let word = node.children[child];
+                    chosen = match chosen {
+                        None => Some((word, entry)),
+                        // The child that any ray enters first goes first.
+                        Some(other) if entry.lt(other.1).any() => {
+                            stack.push(&mut top, other.0, other.1);
+                            Some((word, entry))
+                        }
+                        Some(other) => {
+                            stack.push(&mut top, word, entry);
+                            Some(other)
+                        }
+                    };
+                }
+            }
+            if let Some(chosen) = chosen {
+                (next, near) = chosen;
+                continue;
+            }
+        }
+        if top == 0 {
+            break;
+        }
+        top -= 1;
+        (next, near) = (stack.words[top], F32x8::from_array(stack.near[top]));
+    }
+    best.t = active.select(best.t, given.tmax);
+    best.hits()
+}
+
+/// Which of eight rays hit anything. A node that no more than `switch` rays enter is handed to the one-ray walk.
+pub(super) fn any(
+    tables: Tables,
+    given: &RayPacket,
+    active: Mask8,
+    switch: u32,
+    stack: &mut PacketStack,
+    single: &mut Stack,
+    counters: &mut WalkCounters,
+) -> Mask8 {
+    if !active.any() {
+        return Mask8::NONE;
+    }
+    let rays = without_garbage(given, active);
+    let boxes = EightRaysBoxes::new(rays.origin, rays.direction, rays.tmin, tables.extent);
+    let triangles = EightRays::new(rays.origin, rays.direction);
+    let best_wide = rays.tmax * F32x8::splat(WIDENING);
+    let mut open = active;
+    let mut top = 0;
+    let (mut next, mut entered) = (0u32, active);
+    loop {
+        let live = entered & open;
+        let count = live.count();
+        counters.lanes_possible += LANES as u64;
+        counters.lanes_used += count as u64;
+        if count == 0 {
+        } else if is_leaf(next) {
+            let block = &tables.leaves[block_of(next)];
+            for kz in 0..3 {
+                let own = live & triangles.lanes_by_axis[kz];
+                if own.any() {
+                    for lane in 0..triangles_in(next) {
+                        let edges = triangles.edges(block, lane, kz);
+                        if (edges.inside & own).any() {
+                            let t = edges.t_scaled / edges.det;
+                            open = open.and_not(edges.inside & own & t.gt(rays.tmin) & t.le(rays.tmax));
+                        }
+                    }
+                }
+            }
+            if !open.any() {
+                break;
+            }
+        } else if count <= switch {
+            let mut bits = live.bits();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize & 7;
+                bits &= bits - 1;
+                if walk_single::any(tables, &lane_ray(&rays, lane), next, single) {
+                    open = open.and_not(Mask8::from_bits(1 << lane));
+                }
+            }
+            if !open.any() {
+                break;
+            }
+        } else {
+            let node = &tables.nodes[next as usize];
+            let mut chosen: Option<(u32, Mask8)> = None;
+            for child in (0..node.count().min(LANES)).rev() {
+                let hit = boxes.test(&node.bounds, child, best_wide).1 & live;
+                if hit.any() {
+                    if let Some((word, entered)) = chosen {
+                        stack.push(&mut top, word, entered.select(F32x8::ONE, F32x8::ZERO));
+                    }
+                    chosen = Some((node.children[child], hit));
+                }
+            }
+            if let Some(chosen) = chosen {
+                (next, entered) = chosen;
+                continue;
+            }
+        }
+        if top == 0 {
+            break;
+        }
+        top -= 1;
+        (next, entered) = (stack.words[top], F32x8::from_array(stack.near[top]).gt(F32x8::ZERO));
+    }
+    active.and_not(open)
+}

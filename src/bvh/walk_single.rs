@@ -1,0 +1,150 @@
+//! One ray at a time: eight boxes, eight triangles at once.
+
+use super::boxes::{OneRayBoxes, WIDENING};
+use super::node::{LeafBlock, Node, block_of, is_leaf};
+use super::ray::NO_HIT;
+use super::sort::sort_children;
+use super::triangle::OneRay;
+use crate::lanes::{F32x8, LANES, U32x8};
+
+/// A ray as the one-ray walks take it.
+#[derive(Clone, Copy)]
+pub(super) struct Ray {
+    pub(super) origin: [f32; 3],
+    pub(super) direction: [f32; 3],
+    pub(super) tmin: f32,
+    pub(super) tmax: f32,
+}
+
+/// A ray's closest hit.
+#[derive(Clone, Copy)]
+pub(super) struct Hit {
+    pub(super) t: f32,
+    pub(super) triangle: u32,
+    pub(super) u: f32,
+    pub(super) v: f32,
+}
+
+impl Hit {
+    /// Nothing hit up to `tmax`.
+    #[inline(always)]
+    pub(super) fn none(tmax: f32) -> Self {
+        Self { t: tmax, triangle: NO_HIT, u: 0.0, v: 0.0 }
+    }
+}
+
+/// The tables a walk reads.
+#[derive(Clone, Copy)]
+pub(super) struct Tables<'a> {
+    pub(super) nodes: &'a [Node],
+    pub(super) leaves: &'a [LeafBlock],
+    /// The largest |coordinate|.
+    pub(super) extent: f32,
+}
+
+/// Nodes and leaves still to be visited, with their distances.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stack {
+    words: Vec<u32>,
+    near: Vec<u32>,
+}
+
+impl Stack {
+    /// Room for `entries`, and for the eight that a node stores at once.
+    pub(super) fn reserve(&mut self, entries: usize) {
+        if self.words.len() < entries + LANES {
+            self.words.resize(entries + LANES, 0);
+            self.near.resize(entries + LANES, 0);
+        }
+    }
+}
+
+/// The closest hit in a block, if it is closer than `best`, or as close and of a lower id.
+#[inline(always)]
+pub(super) fn closest_in_block(ray: &OneRay, block: &LeafBlock, tmin: f32, best: &mut Hit) -> bool {
+    let edges = ray.edges(block);
+    let t = edges.t_scaled / edges.det;
+    let mut hits = (edges.inside & t.gt(F32x8::splat(tmin)) & t.le(F32x8::splat(best.t))).bits();
+    if hits == 0 {
+        return false;
+    }
+    let (ts, vs, ws, dets) = (t.to_array(), edges.v.to_array(), edges.w.to_array(), edges.det.to_array());
+    let mut changed = false;
+    while hits != 0 {
+        let lane = hits.trailing_zeros() as usize & 7;
+        hits &= hits - 1;
+        if ts[lane] < best.t || (ts[lane] == best.t && block.ids[lane] < best.triangle) {
+            *best = Hit { t: ts[lane], triangle: block.ids[lane], u: vs[lane] / dets[lane], v: ws[lane] / dets[lane] };
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// The closest hit of `ray`, below the node or leaf `root` and closer than `best`.
+#[inline(always)]
+pub(super) fn closest(tables: Tables, ray: &Ray, root: u32, mut best: Hit, stack: &mut Stack) -> Hit {
+    let boxes = OneRayBoxes::new(ray.origin, ray.direction, ray.tmin, tables.extent);
+    let triangles = OneRay::new(ray.origin, ray.direction);
+    let (words, near) = (&mut stack.words[..], &mut stack.near[..]);
+    let mut best_wide = best.t * WIDENING;
+    let mut top = 0;
+    let mut next = root;
+    loop {
+        if is_leaf(next) {
+            if closest_in_block(&triangles, &tables.leaves[block_of(next)], ray.tmin, &mut best) {
+                best_wide = best.t * WIDENING;
+            }
+        } else {
+            let node = &tables.nodes[next as usize];
+            let (entry, hit) = boxes.test(&node.bounds, F32x8::splat(best_wide));
+            let (order, distances) = sort_children(entry, hit);
+            U32x8::from_array(node.children).permute(order).store(words, top);
+            distances.store(near, top);
+            top += hit.count() as usize;
+        }
+        loop {
+            if top == 0 {
+                return best;
+            }
+            top -= 1;
+            if f32::from_bits(near[top]) <= best_wide {
+                break;
+            }
+        }
+        next = words[top];
+    }
+}
+
+/// Whether `ray` hits anything below the node or leaf `root`.
+#[inline(always)]
+pub(super) fn any(tables: Tables, ray: &Ray, root: u32, stack: &mut Stack) -> bool {
+    let boxes = OneRayBoxes::new(ray.origin, ray.direction, ray.tmin, tables.extent);
+    let triangles = OneRay::new(ray.origin, ray.direction);
+    let (tmin, tmax) = (F32x8::splat(ray.tmin), F32x8::splat(ray.tmax));
+    let best_wide = F32x8::splat(ray.tmax * WIDENING);
+    let words = &mut stack.words[..];
+    let mut top = 0;
+    let mut next = root;
+    loop {
+        if is_leaf(next) {
+            let edges = triangles.edges(&tables.leaves[block_of(next)]);
+            let t = edges.t_scaled / edges.det;
+            if (edges.inside & t.gt(tmin) & t.le(tmax)).any() {
+                return true;
+            }
+        } else {
+            let node = &tables.nodes[next as usize];
+            let (entry, hit) = boxes.test(&node.bounds, best_wide);
+            // Nearest first: on shadow rays of big scenes better than unsorted, one ray at a time.
+            let (order, _) = sort_children(entry, hit);
+            U32x8::from_array(node.children).permute(order).store(words, top);
+            top += hit.count() as usize;
+        }
+        if top == 0 {
+            return false;
+        }
+        top -= 1;
+        next = words[top];
+    }
+}

@@ -1,0 +1,193 @@
+//! One ray at a time through the tree: plain loops, early returns.
+
+use super::{Real, Vec3, vec3};
+use crate::bvh::Bvh;
+use crate::bvh::node::{Child, LeafBlock, Node};
+
+/// A ray; a hit counts if `tmin < t <= tmax`.
+#[derive(Clone, Copy)]
+pub struct Ray {
+    /// Origin, scene units.
+    pub origin: Vec3,
+    /// Direction, any length but 0.
+    pub direction: Vec3,
+    /// Where the ray begins (exclusive).
+    pub tmin: Real,
+    /// Where the ray ends (inclusive).
+    pub tmax: Real,
+}
+
+/// The closest hit: `P = (1-u-v) v0 + u v1 + v v2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter.
+    pub t: Real,
+    /// Triangle id.
+    pub triangle: u32,
+    /// Weight of the second vertex.
+    pub u: Real,
+    /// Weight of the third vertex.
+    pub v: Real,
+}
+
+/// What is left to visit, with the distance at which the ray enters it. Kept by the caller, so that it is made once a path.
+pub type Stack = Vec<(Real, Child)>;
+
+/// A stack for `bvh` that never has to grow.
+pub fn stack(bvh: &Bvh) -> Stack {
+    Vec::with_capacity(bvh.stack_bound() + 1)
+}
+
+/// The closest hit, the lowest id on equal `t`.
+pub fn intersect(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
+    let (slabs, sheared) = (SlabRay::new(ray, bvh.extent()), ShearedRay::new(ray));
+    let mut best: Option<Hit> = None;
+    let mut tmax = ray.tmax;
+    stack.clear();
+    stack.push((ray.tmin, Child::Inner(0)));
+    while let Some((near, child)) = stack.pop() {
+        if near > tmax * WIDENING {
+            continue;
+        }
+        match child {
+            Child::Inner(node) => slabs.push_children(&bvh.nodes()[node], tmax, stack),
+            Child::Leaf(block, count) => {
+                for hit in sheared.hits(&bvh.leaves()[block], count, ray.tmin, tmax) {
+                    if best.is_none_or(|b| hit.t < b.t || (hit.t == b.t && hit.triangle < b.triangle)) {
+                        tmax = hit.t;
+                        best = Some(hit);
+                    }
+                }
+            }
+            Child::Empty => {}
+        }
+    }
+    best
+}
+
+/// Whether the ray hits anything.
+pub fn occluded(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> bool {
+    let (slabs, sheared) = (SlabRay::new(ray, bvh.extent()), ShearedRay::new(ray));
+    stack.clear();
+    stack.push((ray.tmin, Child::Inner(0)));
+    while let Some((_, child)) = stack.pop() {
+        match child {
+            Child::Inner(node) => slabs.push_children(&bvh.nodes()[node], ray.tmax, stack),
+            Child::Leaf(block, count) => {
+                if sheared.hits(&bvh.leaves()[block], count, ray.tmin, ray.tmax).next().is_some() {
+                    return true;
+                }
+            }
+            Child::Empty => {}
+        }
+    }
+    false
+}
+
+/// Far sides of boxes, and the closest hit they are compared with, are widened by this factor.
+const WIDENING: Real = 1.0 + 1.0 / 2_097_152.0;
+
+/// A ray ready for boxes: the robust slab test (Ize 2013, "Robust BVH Ray Traversal"), which may enter a box in vain but
+/// never misses one. Besides the relative widening every slab is widened by 2^-22 (|o| + extent) / |d|: a relative one is
+/// worth nothing for a ray that lies in a box's face.
+struct SlabRay {
+    origin: [Real; 3],
+    inverse: [Real; 3],
+    margin: [Real; 3],
+    tmin: Real,
+}
+
+impl SlabRay {
+    fn new(ray: &Ray, extent: f32) -> SlabRay {
+        let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
+        // Components of 0 become a tiny number of the same sign, so that no 0 x infinity arises.
+        let tiny = 1.0 / (1u128 << 80) as Real;
+        let inverse = direction.map(|d| 1.0 / if d.abs() > tiny { d } else { tiny.copysign(d) });
+        let margin = std::array::from_fn(|k| (origin[k].abs() + extent as Real) * inverse[k].abs() / 4_194_304.0);
+        SlabRay { origin, inverse, margin, tmin: ray.tmin }
+    }
+
+    /// Where the ray enters child `slot`, if it does before `tmax`.
+    fn enters(&self, node: &Node, slot: usize, tmax: Real) -> Option<Real> {
+        let (mut near, mut far) = (self.tmin, tmax);
+        for k in 0..3 {
+            let low = (node.bounds[k][0][slot] as Real - self.origin[k]) * self.inverse[k];
+            let high = (node.bounds[k][1][slot] as Real - self.origin[k]) * self.inverse[k];
+            let (enter, leave) = if self.inverse[k] < 0.0 { (high, low) } else { (low, high) };
+            near = near.max(enter - self.margin[k]);
+            far = far.min(leave + self.margin[k]);
+        }
+        (near <= far * WIDENING).then_some(near)
+    }
+
+    /// Pushes the children that the ray enters, the nearest last.
+    fn push_children(&self, node: &Node, tmax: Real, stack: &mut Stack) {
+        let first = stack.len();
+        for slot in 0..node.count() {
+            if let Some(near) = self.enters(node, slot, tmax) {
+                let mut place = stack.len();
+                stack.push((near, node.child(slot)));
+                while place > first && stack[place - 1].0 < near {
+                    stack.swap(place - 1, place);
+                    place -= 1;
+                }
+            }
+        }
+    }
+}
+
+/// A ray ready for triangles: the watertight test of Woop, Benthin and Wald (2013). The ray becomes the z axis of a
+/// sheared space in which a triangle is hit if the origin lies on the same side of its three edges.
+struct ShearedRay {
+    origin: [Real; 3],
+    /// Axes in the order x, y, z of the sheared space; z is where the direction is largest.
+    axes: [usize; 3],
+    shear: [Real; 3],
+}
+
+impl ShearedRay {
+    fn new(ray: &Ray) -> ShearedRay {
+        let d = ray.direction.to_array();
+        let size = d.map(|c| c.abs());
+        let z = if size[0] >= size[1] && size[0] >= size[2] {
+            0
+        } else if size[1] >= size[2] {
+            1
+        } else {
+            2
+        };
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z], 1.0 / d[z]];
+        ShearedRay { origin: ray.origin.to_array(), axes, shear }
+    }
+
+    fn sheared(&self, vertex: [f32; 3]) -> Vec3 {
+        let v = vec3(vertex).to_array();
+        let [x, y, z] = self.axes.map(|axis| v[axis] - self.origin[axis]);
+        Vec3::new(x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z)
+    }
+
+    /// The hit on one triangle with `tmin < t <= tmax`.
+    fn hit(&self, vertices: [[f32; 3]; 3], triangle: u32, tmin: Real, tmax: Real) -> Option<Hit> {
+        let [a, b, c] = vertices.map(|vertex| self.sheared(vertex));
+        // An edge function of exactly 0 counts as inside, from both sides of the edge: no leak.
+        let u = c.x * b.y - c.y * b.x;
+        let v = a.x * c.y - a.y * c.x;
+        let w = b.x * a.y - b.y * a.x;
+        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+        let det = u + v + w;
+        if !inside || det == 0.0 {
+            return None;
+        }
+        let t = (u * a.z + v * b.z + w * c.z) / det;
+        (t > tmin && t <= tmax).then_some(Hit { t, triangle, u: v / det, v: w / det })
+    }
+
+    /// The hits in a leaf block of `count` triangles.
+    fn hits(&self, block: &LeafBlock, count: usize, tmin: Real, tmax: Real) -> impl Iterator<Item = Hit> {
+        (0..count).filter_map(move |lane| {
+            let corner = |vertex: usize| [0, 1, 2].map(|axis| block.vertices[vertex][axis][lane]);
+            self.hit([corner(0), corner(1), corner(2)], block.ids[lane], tmin, tmax)
+        })
+    }
+}

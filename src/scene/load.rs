@@ -1,0 +1,267 @@
+//! From a path to a [`SceneDesc`]: `.toml`, bare `.obj` or `builtin:NAME`.
+
+use crate::error::{Error, Result};
+use crate::scene::builtin;
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc, TriangleDesc};
+use crate::scene::mtl::{MtlKind, MtlMaterial};
+use crate::scene::nearest::nearest;
+use crate::scene::obj::{ObjMaterial, load_obj};
+use crate::scene::parse::{self, Kind, MaterialEntry, SceneFile};
+use crate::scene::transform::Transform;
+use crate::scene::validate::{self, is_degenerate};
+use std::path::Path;
+
+impl SceneDesc {
+    /// Loads a TOML scene file, a bare OBJ, or a scene made in code (`builtin:NAME`).
+    pub fn load(path: impl AsRef<Path>) -> Result<SceneDesc> {
+        let path = path.as_ref();
+        if let Some(name) = path.to_str().and_then(|text| text.strip_prefix("builtin:")) {
+            return builtin::build(name);
+        }
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        match extension.as_str() {
+            "toml" => load_toml(path),
+            "obj" => SceneDesc::from_obj(path),
+            _ => Err(Error::parse(path, None, "not a scene: octray reads .toml and .obj files and builtin:NAME")),
+        }
+    }
+
+    /// Loads an OBJ by itself: a camera that looks along -z with the whole box in view and, if nothing emits, a constant
+    /// white environment.
+    pub fn from_obj(path: impl AsRef<Path>) -> Result<SceneDesc> {
+        let path = path.as_ref();
+        let mut scene = Assembly::new(path);
+        scene.add_mesh(path, &Transform::default(), None)?;
+        let mut scene = scene.finish(&[])?;
+        frame(&mut scene)?;
+        if !emits(&scene) {
+            scene.environment = Some(EnvironmentDesc { radiance: [1.0; 3] });
+            scene.warnings.push("nothing emits light: lit by a constant white environment".into());
+        }
+        validate::check(&scene)?;
+        Ok(scene)
+    }
+}
+
+fn load_toml(path: &Path) -> Result<SceneDesc> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let SceneFile { camera, film, render, meshes, materials, environment } =
+        parse::parse_scene(path, &parse::toml_text(path, bytes)?)?;
+    if meshes.is_empty() {
+        return Err(Error::parse(path, None, "no triangles: add a [[mesh]] with obj = \"FILE.obj\""));
+    }
+    let mut scene = Assembly::new(path);
+    for mesh in &meshes {
+        scene.add_mesh(&path.with_file_name("").join(&mesh.obj), &mesh.transform, Some((path, mesh.line)))?;
+    }
+    let mut scene = scene.finish(&materials)?;
+    (scene.film, scene.render, scene.environment) = (film, render, environment);
+    match camera {
+        Some(camera) => scene.camera = camera,
+        None => frame(&mut scene)?,
+    }
+    if scene.environment.is_none() && !emits(&scene) {
+        scene.warnings.push("nothing emits light: the picture will be black; add emission or an [environment]".into());
+    }
+    validate::check(&scene)?;
+    Ok(scene)
+}
+
+/// Whether any triangle shines.
+fn emits(scene: &SceneDesc) -> bool {
+    scene.triangles.iter().any(|t| scene.materials[t.material as usize].emission != [0.0; 3])
+}
+
+/// A scene being put together from meshes.
+struct Assembly<'a> {
+    path: &'a Path,
+    scene: SceneDesc,
+    materials: Vec<ObjMaterial>,
+}
+
+impl<'a> Assembly<'a> {
+    fn new(path: &'a Path) -> Self {
+        let scene = SceneDesc { name: path.display().to_string(), film: parse::DEFAULT_FILM, ..SceneDesc::default() };
+        Assembly { path, scene, materials: Vec::new() }
+    }
+
+    /// Adds an OBJ file; `entry` is the file and line that name it.
+    fn add_mesh(&mut self, obj: &Path, transform: &Transform, entry: Option<(&Path, usize)>) -> Result<()> {
+        let mesh = load_obj(obj, &mut self.scene.warnings)?;
+        let vertices = self.scene.positions.len();
+        let fault = |message: &str| Error::parse(entry.map_or(obj, |(file, _)| file), entry.map(|e| e.1), message);
+        if u32::try_from(vertices + mesh.positions.len()).is_err() {
+            return Err(fault("more than 2^32 vertices: split the scene"));
+        }
+        self.scene.positions.extend(mesh.positions.iter().map(|&p| transform.apply(p)));
+        if self.scene.positions[vertices..].iter().flatten().any(|x| !x.is_finite()) {
+            return Err(fault("the transform moves vertices out of the range of f32: scale or translate less"));
+        }
+        let (vertices, materials, mirrored) = (vertices as u32, self.materials.len() as u32, transform.mirrors());
+        self.scene.triangles.extend(mesh.triangles.iter().map(|t| TriangleDesc {
+            vertices: t.vertices.map(|v| vertices + v),
+            material: materials + t.material,
+            flipped: t.flipped != mirrored,
+        }));
+        self.materials.extend(mesh.materials);
+        Ok(())
+    }
+
+    /// Applies the TOML's material entries and drops materials that no triangle has.
+    fn finish(mut self, entries: &[MaterialEntry]) -> Result<SceneDesc> {
+        if self.scene.triangles.is_empty() {
+            return Err(Error::parse(self.path, None, "no triangles: the OBJ has no faces of three or more corners"));
+        }
+        let used = self.keep_used_materials();
+        let mut notes = Notes::default();
+        for ObjMaterial { material, defined } in &used {
+            let entry = entries.iter().find(|entry| entry.name == material.name);
+            if !defined && entry.is_none() {
+                notes.undefined.push(material.name.clone());
+            }
+            self.scene.materials.push(resolve(self.path, material, entry, &mut notes)?);
+        }
+        self.warn_of_unused(entries);
+        notes.finish(&mut self.scene.warnings);
+        self.warn_of_degenerate();
+        Ok(self.scene)
+    }
+
+    /// The materials that triangles have, renumbered.
+    fn keep_used_materials(&mut self) -> Vec<ObjMaterial> {
+        let mut place = vec![None; self.materials.len()];
+        let mut used = Vec::new();
+        for triangle in &mut self.scene.triangles {
+            let old = triangle.material as usize;
+            triangle.material = *place[old].get_or_insert_with(|| {
+                used.push(self.materials[old].clone());
+                used.len() as u32 - 1
+            });
+        }
+        used
+    }
+
+    fn warn_of_unused(&mut self, entries: &[MaterialEntry]) {
+        for entry in entries.iter().filter(|entry| self.scene.materials.iter().all(|m| m.name != entry.name)) {
+            let near = nearest(&entry.name, self.scene.materials.iter().map(|m| m.name.as_str())).unwrap_or_default();
+            let (file, line, name) = (self.path.display(), entry.line, &entry.name);
+            let warning = format!("{file}:{line}: no mesh uses the material `{name}`; the nearest in use is `{near}`");
+            self.scene.warnings.push(warning);
+        }
+    }
+
+    fn warn_of_degenerate(&mut self) {
+        let scene = &mut self.scene;
+        let corners = |t: &TriangleDesc| t.vertices.map(|v| scene.positions[v as usize]);
+        let count = scene.triangles.iter().filter(|t| is_degenerate(corners(t))).count();
+        if count > 0 {
+            scene.warnings.push(format!("{count} triangle(s) have no area; they keep their numbers and are never hit"));
+        }
+    }
+}
+
+/// What several materials have in common, told once.
+#[derive(Default)]
+struct Notes {
+    undefined: Vec<String>,
+    fallback: Vec<String>,
+    textured: usize,
+}
+
+impl Notes {
+    fn finish(self, warnings: &mut Vec<String>) {
+        if !self.undefined.is_empty() {
+            warnings.push(format!("no MTL defines {}: grey (albedo 0.5) instead", list(&self.undefined)));
+        }
+        if !self.fallback.is_empty() {
+            let names = list(&self.fallback);
+            warnings.push(format!("this version has only diffuse and mirror: {names} rendered as diffuse with Kd"));
+        }
+        if self.textured > 0 {
+            warnings.push(format!("textures come later: {} textured material(s) use Kd", self.textured));
+        }
+    }
+}
+
+/// The first few names in quotes.
+fn list(names: &[String]) -> String {
+    let mut text = names.iter().take(8).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    if names.len() > 8 {
+        text += &format!(" and {} more", names.len() - 8);
+    }
+    text
+}
+
+/// An MTL material with a TOML entry's keys put over it.
+fn resolve(
+    scene: &Path,
+    material: &MtlMaterial,
+    entry: Option<&MaterialEntry>,
+    notes: &mut Notes,
+) -> Result<MaterialDesc> {
+    let kind = match (entry.and_then(|e| e.kind), material.kind) {
+        (Some(kind), _) => kind,
+        (None, MtlKind::Mirror) => Kind::Mirror,
+        (None, _) => Kind::Diffuse,
+    };
+    let name = material.name.clone();
+    let albedo = entry.and_then(|e| e.albedo);
+    let reflectance = entry.and_then(|e| e.reflectance);
+    if let Some(entry) = entry {
+        let fault = |key: &str| {
+            let message = format!("[material.{name}]: its MTL makes it no kind that has `{key}`: add a `kind`");
+            Err(Error::parse(scene, Some(entry.line), message))
+        };
+        match kind {
+            Kind::Mirror if albedo.is_some() => return fault("albedo"),
+            Kind::Diffuse if reflectance.is_some() => return fault("reflectance"),
+            _ => {}
+        }
+    }
+    let by_mtl = entry.is_none_or(|e| e.kind.is_none());
+    if by_mtl && !matches!(material.kind, MtlKind::Diffuse | MtlKind::Mirror) {
+        notes.fallback.push(format!("{name} ({})", format!("{:?}", material.kind).to_lowercase()));
+    }
+    if material.textured && albedo.is_none() && kind == Kind::Diffuse {
+        notes.textured += 1;
+    }
+    let scattering = match kind {
+        Kind::Diffuse => Scattering::Diffuse { albedo: albedo.unwrap_or(material.diffuse) },
+        Kind::Mirror => Scattering::Mirror { reflectance: reflectance.unwrap_or(material.specular) },
+    };
+    Ok(MaterialDesc { name, scattering, emission: entry.and_then(|e| e.emission).unwrap_or(material.emission) })
+}
+
+/// Gives the scene a camera from +z along -z that has the whole box in view, and says so.
+fn frame(scene: &mut SceneDesc) -> Result<()> {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for vertex in scene.triangles.iter().flat_map(|t| t.vertices) {
+        for (axis, x) in scene.positions[vertex as usize].iter().enumerate() {
+            low[axis] = low[axis].min(f64::from(*x));
+            high[axis] = high[axis].max(f64::from(*x));
+        }
+    }
+    let centre: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+    let half: [f64; 3] = std::array::from_fn(|i| 0.5 * (high[i] - low[i]));
+    let aspect = f64::from(scene.film.0) / f64::from(scene.film.1);
+    let fov = CameraDesc::default().vertical_fov;
+    // The box's near face is its widest outline; 5 % air around it.
+    let near_face = 1.05 * half[1].max(half[0] / aspect) / libm::tan(0.5 * fov.to_radians());
+    // A line or point of a box: stand back by its depth, or by 1.
+    let depth = if half[2] > 0.0 { half[2] } else { centre.iter().fold(1.0, |m: f64, x| m.max(x.abs())) };
+    let distance = if near_face > 0.0 { near_face } else { depth };
+    scene.camera = CameraDesc {
+        position: [centre[0], centre[1], high[2] + distance],
+        look_at: centre,
+        up: [0.0, 1.0, 0.0],
+        vertical_fov: fov,
+    };
+    if let Some(fault) = validate::camera_fault(&scene.camera) {
+        let message = format!("its box {low:?} to {high:?} cannot be framed: {fault}");
+        return Err(Error::Scene { scene: scene.name.clone(), message });
+    }
+    let [x, y, z] = scene.camera.position.map(|x| x as f32);
+    scene.warnings.push(format!("no camera: one at [{x}, {y}, {z}] looks along -z with vertical_fov {fov}"));
+    scene.render = RenderDesc::default();
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! MTL text into materials: a first pass checks every value tobj reads (it panics on a colour of fewer than three numbers)
+//! and knows the lines; tobj then reads the file; the rules of the scene format give each material its kind.
+
+use crate::error::{Error, Result};
+use crate::scene::obj_text::{logical_lines, split_keyword, values};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Albedo of what has no material at all.
+pub const GREY: [f64; 3] = [0.5; 3];
+
+/// What an MTL entry is, by the first rule that fits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MtlKind {
+    /// Lambertian, albedo Kd.
+    Diffuse,
+    /// illum 5: perfect mirror, reflectance Ks.
+    Mirror,
+    /// illum 4, 6, 7, or transparent with Ni.
+    Dielectric,
+    /// Pm of at least 0.5, or Ks without Kd.
+    Conductor,
+    /// Kd and Ks.
+    Plastic,
+}
+
+/// One material of an MTL file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MtlMaterial {
+    /// Its name.
+    pub name: String,
+    /// Its kind.
+    pub kind: MtlKind,
+    /// Kd, in [0, 1].
+    pub diffuse: [f64; 3],
+    /// Ks, or Kd where there is none, in [0, 1].
+    pub specular: [f64; 3],
+    /// Ke.
+    pub emission: [f64; 3],
+    /// It names a map_Kd or map_Ke.
+    pub textured: bool,
+}
+
+impl MtlMaterial {
+    /// The grey of what has no material.
+    pub fn grey(name: &str) -> MtlMaterial {
+        MtlMaterial {
+            name: name.to_owned(),
+            kind: MtlKind::Diffuse,
+            diffuse: GREY,
+            specular: GREY,
+            emission: [0.0; 3],
+            textured: false,
+        }
+    }
+}
+
+/// Reads the bytes of the MTL file `path`. Warnings are appended to `warnings`.
+pub fn parse_mtl(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Vec<MtlMaterial>> {
+    let text = String::from_utf8_lossy(bytes);
+    let text = text.trim_start_matches('\u{feff}');
+    let clean = clean_mtl(path, text)?;
+    let (materials, _) = tobj::load_mtl_buf(&mut clean.as_bytes())
+        .map_err(|e| Error::parse(path, None, format!("not an MTL file: {e}")))?;
+    Ok(materials.iter().map(|material| convert(path, material, warnings)).collect())
+}
+
+/// The lines that matter, in a form that tobj reads without failing.
+fn clean_mtl(path: &Path, text: &str) -> Result<String> {
+    let mut clean = String::new();
+    for (number, line) in logical_lines(text) {
+        let (keyword, rest) = split_keyword(&line);
+        let fault = |message: String| Error::parse(path, Some(number), message);
+        // Writing to a String cannot fail.
+        let _ = match keyword {
+            "newmtl" if rest.is_empty() => return Err(fault("`newmtl` needs a name".into())),
+            "newmtl" => writeln!(clean, "newmtl {rest}"),
+            // A spectrum or CIE colour is outside what we read: the entry counts as missing.
+            "Kd" | "Ks" | "Ke" if matches!(values(rest).next(), Some("spectral" | "xyz")) => Ok(()),
+            "Kd" | "Ks" | "Ke" => {
+                let [r, g, b] = colour(keyword, rest).map_err(fault)?;
+                writeln!(clean, "{keyword} {r} {g} {b}")
+            }
+            "d" | "Tr" | "Ni" | "Pm" => {
+                let value = values(rest).find(|word| *word != "-halo").unwrap_or_default();
+                writeln!(clean, "{keyword} {}", number_of(keyword, value).map_err(fault)?)
+            }
+            "illum" => {
+                let value = values(rest).next().unwrap_or_default();
+                let illum = number_of(keyword, value).map_err(fault)?;
+                if !(illum.fract() == 0.0 && (0.0..=255.0).contains(&illum)) {
+                    return Err(fault(format!("`illum {value}`: illumination models are numbered 0 to 10")));
+                }
+                writeln!(clean, "illum {illum}")
+            }
+            "map_Kd" | "map_Ke" if !rest.is_empty() => writeln!(clean, "{keyword} {rest}"),
+            _ => Ok(()),
+        };
+    }
+    Ok(clean)
+}
+
+fn number_of(keyword: &str, word: &str) -> std::result::Result<f32, String> {
+    match word.parse::<f32>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ if word.is_empty() => Err(format!("`{keyword}` needs a number")),
+        _ => Err(format!("`{keyword} {word}`: not a finite number")),
+    }
+}
+
+/// Three numbers, or one for all three as the MTL format allows.
+fn colour(keyword: &str, rest: &str) -> std::result::Result<[f32; 3], String> {
+    let words: Vec<&str> = values(rest).take(3).collect();
+    match words[..] {
+        [all] => number_of(keyword, all).map(|x| [x; 3]),
+        [r, g, b] => Ok([number_of(keyword, r)?, number_of(keyword, g)?, number_of(keyword, b)?]),
+        _ => Err(format!("`{keyword}` needs three numbers (red green blue); it has {}", words.len())),
+    }
+}
+
+fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -> MtlMaterial {
+    let name = &material.name;
+    let mut bounded = |keyword: &str, value: Option<[f32; 3]>, largest: f64| {
+        let value = value.map(|v| v.map(f64::from));
+        if let Some(v) = value.filter(|v| !v.iter().all(|x| (0.0..=largest).contains(x))) {
+            let limit = if largest > 1.0 { "below 0" } else { "outside [0, 1]" };
+            let file = path.display();
+            warnings.push(format!("{file}: material `{name}`: {keyword} {v:?} is {limit} and was clamped"));
+        }
+        value.map(|v| v.map(|x| x.clamp(0.0, largest)))
+    };
+    let diffuse = bounded("Kd", material.diffuse, 1.0);
+    let specular = bounded("Ks", material.specular, 1.0);
+    let emission = bounded("Ke", material.emissive, f64::MAX);
+    let extra = |key: &str| material.unknown_param.get(key).and_then(|text| text.parse::<f64>().ok());
+    let shines = |colour: Option<[f64; 3]>| colour.is_some_and(|c| c != [0.0; 3]);
+    let transparent = material.dissolve.is_some_and(|d| d < 1.0) || extra("Tr").is_some_and(|tr| tr > 0.0);
+    let kind = match material.illumination_model {
+        Some(5) => MtlKind::Mirror,
+        Some(4 | 6 | 7) => MtlKind::Dielectric,
+        _ if transparent && material.optical_density.is_some() => MtlKind::Dielectric,
+        _ if extra("Pm").is_some_and(|pm| pm >= 0.5) => MtlKind::Conductor,
+        _ if shines(diffuse) && shines(specular) => MtlKind::Plastic,
+        _ if shines(specular) => MtlKind::Conductor,
+        _ => MtlKind::Diffuse,
+    };
+    // An entry that says nothing of light is as good as none; one that shines or mirrors reflects only what it names.
+    let fallback = if specular.is_some() || emission.is_some() { [0.0; 3] } else { GREY };
+    let diffuse = diffuse.unwrap_or(fallback);
+    MtlMaterial {
+        name: name.clone(),
+        kind,
+        diffuse,
+        specular: specular.unwrap_or(diffuse),
+        emission: emission.unwrap_or_default(),
+        textured: material.diffuse_texture.is_some() || material.unknown_param.contains_key("map_Ke"),
+    }
+}

@@ -1,0 +1,265 @@
+//! A TOML scene file's text into what it says. Reads no other file; every fault names its line.
+
+use crate::error::{Error, Result};
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, RenderDesc};
+use crate::scene::toml_reader::{Document, Table};
+use crate::scene::transform::{self, Transform};
+use crate::scene::validate::{self, MAX_FILM_SIDE};
+use std::ops::Range;
+use std::path::Path;
+use std::str::FromStr;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The film of a scene that does not say.
+pub const DEFAULT_FILM: (u32, u32) = (512, 512);
+
+/// What a TOML scene file says.
+#[derive(Clone, Debug)]
+pub struct SceneFile {
+    /// The camera, if there is one.
+    pub camera: Option<CameraDesc>,
+    /// Film size in pixels.
+    pub film: (u32, u32),
+    /// Defaults for rendering.
+    pub render: RenderDesc,
+    /// The meshes, in file order.
+    pub meshes: Vec<MeshEntry>,
+    /// The material entries, in file order.
+    pub materials: Vec<MaterialEntry>,
+    /// The environment, if it shines.
+    pub environment: Option<EnvironmentDesc>,
+}
+
+/// One `[[mesh]]`.
+#[derive(Clone, Debug)]
+pub struct MeshEntry {
+    /// Its OBJ file, as written.
+    pub obj: String,
+    /// The line it begins at.
+    pub line: usize,
+    /// Where it stands.
+    pub transform: Transform,
+}
+
+/// The kinds of material this version renders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Lambertian.
+    Diffuse,
+    /// Perfect mirror.
+    Mirror,
+}
+
+/// One `[material.NAME]`: the keys it names.
+#[derive(Clone, Debug)]
+pub struct MaterialEntry {
+    /// The material's name.
+    pub name: String,
+    /// The line it begins at.
+    pub line: usize,
+    /// Kind, if named.
+    pub kind: Option<Kind>,
+    /// Albedo of the diffuse kind, if named.
+    pub albedo: Option<[f64; 3]>,
+    /// Reflectance of the mirror, if named.
+    pub reflectance: Option<[f64; 3]>,
+    /// Emission, if named.
+    pub emission: Option<[f64; 3]>,
+}
+
+/// Reads the text of the scene file `path`.
+pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
+    let document = Document { path, text };
+    let root = DeTable::parse(text).map_err(|e| document.syntax_error(&e))?;
+    let root = Table { document, name: "the scene".into(), span: 0..0, entries: root.get_ref() };
+    root.check_keys(&["camera", "film", "render", "mesh", "material", "environment"], &[])?;
+    let section = |key: &str| match root.entries.get(key) {
+        Some(value) => document.table(format!("[{key}]"), value).map(Some),
+        None => Ok(None),
+    };
+    let film = section("film")?.map(|t| parse_film(&t)).transpose()?.unwrap_or(DEFAULT_FILM);
+    Ok(SceneFile {
+        camera: section("camera")?.map(|t| parse_camera(&t)).transpose()?,
+        film,
+        render: section("render")?.map(|t| parse_render(&t)).transpose()?.unwrap_or_default(),
+        meshes: parse_meshes(&root)?,
+        materials: section("material")?.map(|t| parse_materials(&t)).transpose()?.unwrap_or_default(),
+        environment: section("environment")?.map(|t| parse_environment(&t)).transpose()?.flatten(),
+    })
+}
+
+fn parse_camera(table: &Table<'_>) -> Result<CameraDesc> {
+    table.check_keys(&["position", "look_at", "up", "vertical_fov", "aperture_radius", "focus_distance"], &[])?;
+    let default = CameraDesc::default();
+    let camera = CameraDesc {
+        position: table.need("position", table.vector("position")?)?,
+        look_at: table.need("look_at", table.vector("look_at")?)?,
+        up: table.vector("up")?.unwrap_or(default.up),
+        vertical_fov: table.number("vertical_fov")?.unwrap_or(default.vertical_fov),
+    };
+    match table.number("aperture_radius")? {
+        Some(radius) if radius < 0.0 => return Err(table.error_at("aperture_radius", "`aperture_radius` is negative")),
+        Some(radius) if radius > 0.0 => {
+            return Err(table.not_yet("aperture_radius", "a thin lens (`aperture_radius` above 0)"));
+        }
+        _ => {}
+    }
+    if table.number("focus_distance")?.is_some_and(|distance| distance <= 0.0) {
+        return Err(table.error_at("focus_distance", "`focus_distance` must be above 0"));
+    }
+    match validate::camera_fault(&camera) {
+        // The line of the key to change: the fault's text begins with its name.
+        Some(fault) => Err(table.error_at(fault.split([' ', ',']).next().unwrap_or_default(), fault)),
+        None => Ok(camera),
+    }
+}
+
+fn parse_film(table: &Table<'_>) -> Result<(u32, u32)> {
+    table.check_keys(&["width", "height"], &[])?;
+    let width = table.whole("width", 1..=MAX_FILM_SIDE)?.unwrap_or(DEFAULT_FILM.0);
+    let height = table.whole("height", 1..=MAX_FILM_SIDE)?.unwrap_or(DEFAULT_FILM.1);
+    Ok((width, height))
+}
+
+fn parse_render(table: &Table<'_>) -> Result<RenderDesc> {
+    table.check_keys(&["spp", "strategy", "lights", "sampler", "max_depth", "rr_depth", "seed"], &[])?;
+    let rr_depth = match table.entries.get("rr_depth").map(|value| value.get_ref().as_str()) {
+        None => None,
+        Some(Some("off")) => Some(None),
+        Some(Some(other)) => {
+            return Err(table.error_at("rr_depth", format!("`rr_depth` is \"{other}\"; it must be a depth or \"off\"")));
+        }
+        Some(None) => Some(table.whole("rr_depth", 0..=u32::MAX)?),
+    };
+    Ok(RenderDesc {
+        spp: table.whole("spp", 1..=u32::MAX)?,
+        strategy: choice(table, "strategy", &[])?,
+        lights: choice(table, "lights", &["tree"])?,
+        sampler: choice(table, "sampler", &["sobol"])?,
+        max_depth: table.whole("max_depth", 0..=u32::MAX)?,
+        rr_depth,
+        seed: table.whole("seed", 0..=u32::MAX)?,
+    })
+}
+
+/// One of the named choices of [`crate::settings`]; `later` are names that a later version brings.
+fn choice<T: FromStr<Err = String>>(table: &Table<'_>, key: &str, later: &[&str]) -> Result<Option<T>> {
+    let Some(word) = table.string(key)? else { return Ok(None) };
+    match word.parse() {
+        Ok(choice) => Ok(Some(choice)),
+        Err(_) if later.contains(&word) => Err(table.not_yet(key, &format!("{key} = \"{word}\""))),
+        Err(message) => Err(table.error_at(key, message)),
+    }
+}
+
+fn parse_meshes(root: &Table<'_>) -> Result<Vec<MeshEntry>> {
+    let Some(value) = root.entries.get("mesh") else { return Ok(Vec::new()) };
+    let document = root.document;
+    let fault = |span: Range<usize>| document.error(span, "a mesh is written [[mesh]], with double brackets");
+    let Some(items) = value.get_ref().as_array() else { return Err(fault(value.span())) };
+    let mut meshes = Vec::new();
+    for item in items.iter() {
+        if !item.get_ref().is_table() {
+            return Err(fault(item.span()));
+        }
+        meshes.push(parse_mesh(&document.table("[[mesh]]", item)?)?);
+    }
+    Ok(meshes)
+}
+
+fn parse_mesh(table: &Table<'_>) -> Result<MeshEntry> {
+    table.check_keys(&["obj", "scale", "rotate", "translate"], &[])?;
+    let obj = table.need("obj", table.string("obj")?)?.to_owned();
+    if obj.is_empty() {
+        return Err(table.error_at("obj", "`obj` is empty: name an OBJ file"));
+    }
+    let mut transform = Transform::default();
+    if let Some(scale) = table.number("scale")? {
+        if scale == 0.0 {
+            return Err(table.error_at("scale", "`scale` is 0: nothing would be left of the mesh"));
+        }
+        transform.scale = scale;
+    }
+    if let Some(rotate) = table.table("rotate")? {
+        rotate.check_keys(&["axis", "degrees"], &[])?;
+        let axis = rotate.need("axis", rotate.vector("axis")?)?;
+        let degrees = rotate.need("degrees", rotate.number("degrees")?)?;
+        if axis == [0.0; 3] {
+            return Err(rotate.error_at("axis", "`axis` is zero: use for instance [0, 1, 0]"));
+        }
+        transform.rotation = transform::rotation(axis, degrees);
+    }
+    transform.translate = table.vector("translate")?.unwrap_or_default();
+    Ok(MeshEntry { obj, line: table.document.line(table.span.clone()), transform })
+}
+
+fn parse_materials(table: &Table<'_>) -> Result<Vec<MaterialEntry>> {
+    let mut entries: Vec<(&Spanned<_>, &Spanned<DeValue<'_>>)> = table.entries.iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    let named = |(key, value): (&Spanned<std::borrow::Cow<'_, str>>, &_)| {
+        let table = table.document.table(format!("[material.{}]", key.get_ref()), value)?;
+        parse_material(key.get_ref(), &table)
+    };
+    entries.into_iter().map(named).collect()
+}
+
+fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
+    let known = ["kind", "albedo", "reflectance", "emission", "two_sided"];
+    // Before the keys: `kind = "plastic"` explains a later `ior` better than the `ior` itself does.
+    let kind = match table.string("kind")? {
+        None => None,
+        Some("diffuse") => Some(Kind::Diffuse),
+        Some("mirror") => Some(Kind::Mirror),
+        Some(later @ ("conductor" | "dielectric" | "plastic")) => {
+            return Err(table.not_yet("kind", &format!("kind = \"{later}\"")));
+        }
+        Some(other) => {
+            let message = format!("unknown kind \"{other}\"; known: \"diffuse\", \"mirror\"");
+            return Err(table.error_at("kind", message));
+        }
+    };
+    table.check_keys(&known, &["alpha", "eta", "k", "ior", "transmittance", "texture"])?;
+    if table.boolean("two_sided")? == Some(true) {
+        return Err(table.not_yet("two_sided", "two_sided = true"));
+    }
+    let entry = MaterialEntry {
+        name: name.to_owned(),
+        line: table.document.line(table.span.clone()),
+        kind,
+        albedo: table.fraction("albedo")?,
+        reflectance: table.fraction("reflectance")?,
+        emission: table.radiance("emission")?,
+    };
+    match (kind, entry.albedo, entry.reflectance) {
+        (Some(Kind::Mirror), Some(_), _) => Err(table.error_at("albedo", "a mirror has `reflectance`, not `albedo`")),
+        (Some(Kind::Diffuse), _, Some(_)) => {
+            Err(table.error_at("reflectance", "a diffuse material has `albedo`, not `reflectance`"))
+        }
+        (_, Some(_), Some(_)) => Err(table.error_at("reflectance", "`albedo` and `reflectance` exclude each other")),
+        _ => Ok(entry),
+    }
+}
+
+fn parse_environment(table: &Table<'_>) -> Result<Option<EnvironmentDesc>> {
+    table.check_keys(&["radiance", "scale"], &["map", "rotate"])?;
+    let radiance = table.need("radiance", table.radiance("radiance")?)?;
+    let scale = table.number("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        return Err(table.error_at("scale", "`scale` is negative; light cannot be"));
+    }
+    let radiance = radiance.map(|x| x * scale);
+    if !radiance.iter().all(|&x| validate::fits_f32(x)) {
+        return Err(table.error_at("scale", "radiance times scale must stay below 3.4e38"));
+    }
+    Ok((radiance != [0.0; 3]).then_some(EnvironmentDesc { radiance }))
+}
+
+/// The bytes of a TOML file as text.
+pub fn toml_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
+    String::from_utf8(bytes).map_err(|e| {
+        let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let line = 1 + valid.iter().filter(|&&b| b == b'\n').count();
+        Error::parse(path, Some(line), "not UTF-8 text: save the file as UTF-8")
+    })
+}
