@@ -13,7 +13,8 @@ const MTL_SEED: &str = "newmtl m\nKd 0.5 0.5 0.5 # grey\nKs 0 0 0\nNs 10\nNi 1.5
 const TOML_SEED: &str = "[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\nup = [0, 1, 0]\nvertical_fov = 35.0\n\
     aperture_radius = 0.0\nfocus_distance = 1e3\n[film]\nwidth = 64\nheight = 0x20\n[render]\nspp = 64\n\
     strategy = 'mis-power'\nrr_depth = \"off\"\nseed = 1\n[[mesh]]\nobj = \"mesh.obj\"\nscale = -2.0\n\
-    rotate = {axis = [0, 1, 0], degrees = 90}\ntranslate = [0, 0, 0]\n[material.m]\nkind = \"mirror\"\nreflectance = [0.5, 0.5, 0.5]\nemission = [1, 1, 1]\n\
+    rotate = {axis = [0, 1, 0], degrees = 90}\ntranslate = [0, 0, 0]\n\
+    [material.m]\nkind = \"mirror\"\nreflectance = [0.5, 0.5, 0.5]\nemission = [1, 1, 1]\n\
     [environment]\nradiance = [1, 1, 1]\nscale = 1.0\n";
 #[rustfmt::skip] // one word a line would be a page
 /// What mutations put in: keywords, limits, halves of syntax.
