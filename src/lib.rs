@@ -4,6 +4,8 @@
 
 pub mod bvh;
 pub mod camera;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod clock;
 pub mod color;
 pub mod error;
