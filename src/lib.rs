@@ -26,3 +26,8 @@ pub use scene::{PreparedScene, Scene};
 pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};
 pub mod packet;
 pub mod reference;
+
+/// The examples of README.md, compiled with the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
