@@ -4,6 +4,8 @@
 
 pub mod bvh;
 pub mod camera;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod clock;
 pub mod color;
 pub mod error;
@@ -25,3 +27,8 @@ pub use scene::{PreparedScene, Scene};
 pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};
 pub mod packet;
 pub mod reference;
+
+/// The examples of README.md, compiled with the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

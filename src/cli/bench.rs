@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::lanes::simd_level;
 use crate::render::render;
 use crate::scene::{PreparedScene, Scene};
-use crate::settings::{Crop, Engine, Settings};
+use crate::settings::{Engine, Settings};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct BenchArgs {
     /// A scene file (.toml), a bare .obj, or builtin:NAME
-    #[arg(default_value = "builtin:cornell")]
+    #[arg(default_value = "builtin:heavy")]
     scene: PathBuf,
     /// Rounds; each row is their median
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -87,7 +87,7 @@ fn cases<'a>(prepared: &'a PreparedScene, settings: &Settings) -> Vec<Case<'a>> 
             threads: 1,
             width: Some(256),
             height: Some(256),
-            crop: None::<Crop>,
+            crop: None,
             time: None,
             ..settings.clone()
         };

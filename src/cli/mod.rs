@@ -49,23 +49,19 @@ const LATER_COMMANDS: [&str; 3] = ["converge", "check", "diff"];
 /// The whole program: parses the arguments of this process, runs the command, prints what went wrong.
 pub fn main() -> ExitCode {
     // First of all, and by code that was compiled for any x86-64: the rest may use instructions this CPU lacks.
-    let missing = cpu::missing();
-    if !missing.is_empty() {
-        return refuse_cpu(&missing);
+    match cpu::missing() {
+        Some(missing) => refuse_cpu(missing),
+        None => ExitCode::from(run()),
     }
-    ExitCode::from(run())
 }
 
 #[cold]
 #[inline(never)]
-fn refuse_cpu(missing: &[&str]) -> ExitCode {
+fn refuse_cpu(missing: &str) -> ExitCode {
     let mut stderr = std::io::stderr();
-    let _ = stderr.write_all(b"error: this build of octray needs instructions that this CPU lacks:");
-    for name in missing {
-        let _ = stderr.write_all(b" ");
-        let _ = stderr.write_all(name.as_bytes());
-    }
-    let _ = stderr.write_all(b"; build it with RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release\n");
+    let _ = stderr.write_all(b"error: this build of octray needs a CPU with ");
+    let _ = stderr.write_all(missing.as_bytes());
+    let _ = stderr.write_all(b"; build one for any x86-64: RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release\n");
     ExitCode::from(2)
 }
 

@@ -147,7 +147,7 @@ fn findings(render: &Render) -> Vec<String> {
     }
     if render.film.mean_radiance() == [0.0; 3] {
         let hint =
-            "check that the camera looks at something lit and that emitters face it (two_sided = true lifts that)";
+            "check what the camera sees and that emitters face it: they shine on the side their winding faces only";
         found.push(format!("the finished image is all black; {hint}"));
     }
     found
