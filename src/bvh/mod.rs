@@ -9,6 +9,7 @@ mod build;
 mod collapse;
 mod huge;
 pub mod node;
+mod prefetch;
 mod query;
 pub mod ray;
 mod sah;
@@ -16,6 +17,7 @@ mod sort;
 mod triangle;
 mod walk_packet;
 mod walk_single;
+mod walk_stream;
 
 pub use build::{BuildOptions, Bvh};
 pub use query::{RayKind, Scratch, Walk, WalkCounters};

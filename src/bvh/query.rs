@@ -4,6 +4,7 @@ use super::build::Bvh;
 use super::ray::{HitPacket, HitQueue, RayPacket, RayQueue};
 use super::walk_packet::{self, PacketStack};
 use super::walk_single::{self, Hit, Stack};
+use super::walk_stream::{CHUNK, Stream};
 use crate::lanes::{F32x8, LANES, Mask8};
 use std::cell::RefCell;
 use std::ops::Range;
@@ -26,6 +27,8 @@ pub enum Walk {
     Single,
     /// Eight rays together; nodes that no more than this many rays enter are left to one-ray walks.
     Packet(u32),
+    /// Many single rays in flight.
+    Stream,
 }
 
 /// What walks need for a while. Keep one per thread: it grows to its size once.
@@ -33,12 +36,14 @@ pub enum Walk {
 pub struct Scratch {
     single: Stack,
     packet: PacketStack,
+    stream: Stream,
 }
 
 impl Scratch {
     fn reserve(&mut self, bvh: &Bvh) {
         self.single.reserve(bvh.stack_bound());
         self.packet.reserve(bvh.stack_bound());
+        self.stream.reserve(bvh.stack_bound());
     }
 }
 
@@ -129,7 +134,7 @@ impl Bvh {
             RayKind::Camera => Walk::Packet(0),
             RayKind::Shadow => Walk::Packet(2),
             RayKind::Bounce if self.nodes().len() < 64 => Walk::Packet(0),
-            RayKind::Bounce => Walk::Single,
+            RayKind::Bounce => Walk::Stream,
         }
     }
 
@@ -140,7 +145,7 @@ impl Bvh {
 
     /// All walks that this tree can be walked by.
     pub fn walks(&self) -> Vec<Walk> {
-        vec![Walk::Single, Walk::Packet(0), Walk::Packet(1), Walk::Packet(3), Walk::Packet(8)]
+        vec![Walk::Single, Walk::Packet(0), Walk::Packet(1), Walk::Packet(3), Walk::Packet(8), Walk::Stream]
     }
 
     /// [`Bvh::intersect_queue`] by a walk of one's choice.
@@ -172,6 +177,15 @@ impl Bvh {
                     hits.set_packet(first, &hit);
                 }
             }
+            Walk::Stream => {
+                for chunk in range.clone().step_by(CHUNK) {
+                    let count = (range.end - chunk).min(CHUNK);
+                    self.stream_chunk::<false>(rays, chunk, count, &mut scratch.stream);
+                    for first in (0..count).step_by(LANES) {
+                        hits.set_packet(chunk + first, &scratch.stream.hits(first));
+                    }
+                }
+            }
         }
     }
 
@@ -191,6 +205,17 @@ impl Bvh {
         if blocked.len() < range.end.div_ceil(LANES) {
             blocked.resize(range.end.div_ceil(LANES), 0);
         }
+        if walk == Walk::Stream {
+            for chunk in range.clone().step_by(CHUNK) {
+                let count = (range.end - chunk).min(CHUNK);
+                self.stream_chunk::<true>(rays, chunk, count, &mut scratch.stream);
+                for first in (0..count).step_by(LANES) {
+                    let lanes = Mask8::first((count - first).min(LANES)).bits();
+                    blocked[(chunk + first) / LANES] = scratch.stream.blocked(first) & lanes;
+                }
+            }
+            return;
+        }
         for first in range.clone().step_by(LANES) {
             let lanes = (range.end - first).min(LANES);
             blocked[first / LANES] = match walk {
@@ -200,11 +225,19 @@ impl Bvh {
                         |lane: usize| walk_single::any(tables, &rays.ray(first + lane), 0, &mut scratch.single) as u8;
                     (0..lanes).map(is_blocked).enumerate().fold(0, |bits, (lane, bit)| bits | bit << lane)
                 }
-                Walk::Packet(switch) => {
+                Walk::Packet(_) | Walk::Stream => {
+                    let switch = if let Walk::Packet(switch) = walk { switch } else { 0 };
                     self.packet_any(&rays.packet(first), Mask8::first(lanes), switch, scratch, counters).bits()
                 }
             };
         }
+    }
+
+    fn stream_chunk<const ANY: bool>(&self, rays: &RayQueue, chunk: usize, count: usize, stream: &mut Stream) {
+        for first in (0..count).step_by(LANES) {
+            stream.set_packet(first, &rays.packet(chunk + first), self.extent());
+        }
+        stream.walk::<ANY>(self.walk_tables(), count);
     }
 
     fn packet_closest(
@@ -215,7 +248,7 @@ impl Bvh {
         scratch: &mut Scratch,
         counters: &mut WalkCounters,
     ) -> HitPacket {
-        let Scratch { single, packet } = scratch;
+        let Scratch { single, packet, .. } = scratch;
         walk_packet::closest(self.walk_tables(), rays, active, switch, packet, single, counters)
     }
 
@@ -227,7 +260,7 @@ impl Bvh {
         scratch: &mut Scratch,
         counters: &mut WalkCounters,
     ) -> Mask8 {
-        let Scratch { single, packet } = scratch;
+        let Scratch { single, packet, .. } = scratch;
         walk_packet::any(self.walk_tables(), rays, active, switch, packet, single, counters)
     }
 }

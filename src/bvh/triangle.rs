@@ -76,6 +76,14 @@ pub(super) fn dominant_axis(x: f32, y: f32, z: f32) -> usize {
     }
 }
 
+/// [`dominant_axis`] of eight: where it is 0, where it is 1.
+#[inline(always)]
+pub(super) fn dominant_axis8(direction: Vec3x8) -> (Mask8, Mask8) {
+    let Vec3x8 { x, y, z } = direction.abs();
+    let is_x = x.ge(y) & x.ge(z);
+    (is_x, y.ge(z).and_not(is_x))
+}
+
 /// `[kx, ky, kz]` by `kz`.
 pub(super) const PERMUTATION: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
@@ -123,9 +131,7 @@ impl EightRays {
     #[inline(always)]
     pub(super) fn new(origin: Vec3x8, direction: Vec3x8) -> Self {
         let Vec3x8 { x, y, z } = direction;
-        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-        let is_x = ax.ge(ay) & ax.ge(az);
-        let is_y = ay.ge(az).and_not(is_x);
+        let (is_x, is_y) = dominant_axis8(direction);
         let pick = |x: F32x8, y: F32x8, z: F32x8| is_x.select(x, is_y.select(y, z));
         let dz = pick(x, y, z);
         Self {
