@@ -15,6 +15,7 @@ pub mod ray;
 mod sah;
 mod sort;
 mod triangle;
+mod walk_flat;
 mod walk_packet;
 mod walk_single;
 mod walk_stream;

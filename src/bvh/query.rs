@@ -2,6 +2,7 @@
 
 use super::build::Bvh;
 use super::ray::{HitPacket, HitQueue, RayPacket, RayQueue};
+use super::walk_flat;
 use super::walk_packet::{self, PacketStack};
 use super::walk_single::{self, Hit, Stack};
 use super::walk_stream::{CHUNK, Stream};
@@ -29,6 +30,8 @@ pub enum Walk {
     Packet(u32),
     /// Many single rays in flight.
     Stream,
+    /// Eight rays together through a list of all leaves; trees too big for a list are walked by packets.
+    Flat,
 }
 
 /// What walks need for a while. Keep one per thread: it grows to its size once.
@@ -133,7 +136,7 @@ impl Bvh {
         match kind {
             RayKind::Camera => Walk::Packet(0),
             RayKind::Shadow => Walk::Packet(2),
-            RayKind::Bounce if self.nodes().len() < 64 => Walk::Packet(0),
+            RayKind::Bounce if self.flat().is_some() => Walk::Flat,
             RayKind::Bounce => Walk::Stream,
         }
     }
@@ -145,7 +148,16 @@ impl Bvh {
 
     /// All walks that this tree can be walked by.
     pub fn walks(&self) -> Vec<Walk> {
-        vec![Walk::Single, Walk::Packet(0), Walk::Packet(1), Walk::Packet(3), Walk::Packet(8), Walk::Stream]
+        let all = [
+            Walk::Single,
+            Walk::Packet(0),
+            Walk::Packet(1),
+            Walk::Packet(3),
+            Walk::Packet(8),
+            Walk::Stream,
+            Walk::Flat,
+        ];
+        all.into_iter().filter(|&walk| walk != Walk::Flat || self.flat().is_some()).collect()
     }
 
     /// [`Bvh::intersect_queue`] by a walk of one's choice.
@@ -174,6 +186,16 @@ impl Bvh {
                 for first in range.clone().step_by(LANES) {
                     let active = Mask8::first((range.end - first).min(LANES));
                     let hit = self.packet_closest(&rays.packet(first), active, switch, scratch, counters);
+                    hits.set_packet(first, &hit);
+                }
+            }
+            Walk::Flat => {
+                let Some(flat) = self.flat() else {
+                    return self.intersect_by(Walk::Packet(0), rays, range, hits, scratch, counters);
+                };
+                for first in range.clone().step_by(LANES) {
+                    let active = Mask8::first((range.end - first).min(LANES));
+                    let hit = walk_flat::closest(flat, self.extent(), &rays.packet(first), active, counters);
                     hits.set_packet(first, &hit);
                 }
             }
@@ -225,7 +247,11 @@ impl Bvh {
                         |lane: usize| walk_single::any(tables, &rays.ray(first + lane), 0, &mut scratch.single) as u8;
                     (0..lanes).map(is_blocked).enumerate().fold(0, |bits, (lane, bit)| bits | bit << lane)
                 }
-                Walk::Packet(_) | Walk::Stream => {
+                Walk::Flat if self.flat().is_some() => {
+                    let flat = self.flat().expect("just seen");
+                    walk_flat::any(flat, self.extent(), &rays.packet(first), Mask8::first(lanes), counters).bits()
+                }
+                Walk::Packet(_) | Walk::Stream | Walk::Flat => {
                     let switch = if let Walk::Packet(switch) = walk { switch } else { 0 };
                     self.packet_any(&rays.packet(first), Mask8::first(lanes), switch, scratch, counters).bits()
                 }

@@ -18,6 +18,8 @@ use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 const SLOTS: usize = 32;
 /// Rays made ready at a time.
 pub(super) const CHUNK: usize = 512;
+/// A column is a line longer, lest one row of all columns fall into the same few sets of the first cache.
+const COLUMN: usize = CHUNK + 16;
 /// The word on the ground of a stack: neither node nor leaf.
 const DONE: u32 = u32::MAX;
 
@@ -25,10 +27,10 @@ macro_rules! ray_columns {
     ($($(#[$doc:meta])* $field:ident: $type:ty,)*) => {
         /// Rays made ready for boxes and triangles, and their closest hits so far, one array a field.
         #[derive(Clone, Debug)]
-        struct Rays { $($(#[$doc])* $field: [$type; CHUNK],)* }
+        struct Rays { $($(#[$doc])* $field: [$type; COLUMN],)* }
         impl Default for Rays {
             fn default() -> Self {
-                Self { $($field: [<$type>::default(); CHUNK],)* }
+                Self { $($field: [<$type>::default(); COLUMN],)* }
             }
         }
     };
