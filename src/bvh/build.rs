@@ -63,7 +63,11 @@ impl Bvh {
         nodes.rows_mut().copy_from_slice(&wide.nodes);
         leaves.rows_mut().copy_from_slice(&wide.leaves);
         let triangles = source.primitive_indices.len();
-        let flat = (triangles <= FLAT_SCENE).then(|| Flat::new(nodes.rows(), leaves.rows()));
+        let flat = (triangles <= FLAT_SCENE).then(|| {
+            let mut ids = source.primitive_indices.clone();
+            ids.sort_unstable_by(|a, b| b.cmp(a));
+            Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>())
+        });
         Self { nodes, leaves, triangles, depth: wide.depth, extent, flat }
     }
 

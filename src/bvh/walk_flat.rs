@@ -1,72 +1,148 @@
 //! Eight rays at a time through a list of leaves, no tree: for the smallest scenes.
 //!
-//! Eight rays after a bounce visit most leaves of a scene of a few dozen triangles anyway. Then what counts is that a visit
-//! is cheap whatever the directions: corners and bounds lie in one vector each, and a permutation gives every lane the
-//! coordinate of its own dominant axis and the bound on its own near side, where the tree's packets go through a leaf once
-//! for every dominant axis.
+//! Eight rays after a bounce visit most leaves of a scene of a few dozen triangles anyway. What counts then is that a visit
+//! is cheap whatever the directions:
+//! - coordinates and bounds lie in one vector each; a permutation gives every lane the coordinate of its own dominant axis
+//!   and the bound on its own near side. The tree's packets go through a leaf once for every dominant axis;
+//! - a corner is sheared once for all triangles of its leaf: a box of 12 triangles has 8 of them, not 36;
+//! - triangles come by descending id, so that on equal `t` the later one is right;
+//! - whether a triangle is hit is not asked by a branch, which would be mispredicted half the time (17 to 25 %).
 
 use super::WalkCounters;
 use super::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use super::node::{Child, LeafBlock, Node};
 use super::ray::{HitPacket, RayPacket};
-use super::triangle::{Best, Edges, dominant_axis8, edges};
+use super::triangle::{Best, dominant_axis8, edges, sheared};
 use super::walk_packet::without_garbage;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
-/// A leaf: its box and its triangles in the list.
-#[derive(Clone, Copy, Debug)]
+/// The most corners in a leaf.
+const CORNERS: usize = 32;
+/// What a visit of a leaf, a corner and a triangle take, roughly in cycles.
+const LEAF_COST: f32 = 12.0;
+const CORNER_COST: f32 = 4.0;
+const TRIANGLE_COST: f32 = 11.0;
+
+/// A leaf: its box, and where its corners and triangles are in the list.
+#[derive(Clone, Debug)]
 #[repr(C, align(32))]
 struct Leaf {
     /// min x, max x, min y, max y, min z, max z.
     bounds: [f32; LANES],
-    first: u32,
-    count: u32,
+    corners: std::ops::Range<u32>,
+    triangles: std::ops::Range<u32>,
 }
 
-/// A triangle: a vector a corner, of which the first three lanes are x, y, z.
+/// A triangle: which corners of its leaf it has.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
 struct Triangle {
-    corners: [[f32; LANES]; 3],
     id: u32,
+    corners: [u8; 3],
 }
 
-/// The leaves of a small tree.
+/// The triangles of a small scene, in leaves.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Flat {
     leaves: Vec<Leaf>,
+    /// x, y, z in the first three lanes.
+    corners: Vec<[f32; LANES]>,
     triangles: Vec<Triangle>,
 }
 
+type Vertices = [[f32; 3]; 3];
+
+/// A leaf in the making.
+#[derive(Clone, Debug, Default)]
+struct Group {
+    corners: Vec<[f32; 3]>,
+    triangles: Vec<Triangle>,
+}
+
+impl Group {
+    /// Adds a triangle unless it has too many new corners.
+    fn add(&mut self, id: u32, vertices: Vertices) -> bool {
+        let before = self.corners.len();
+        let corners = vertices.map(|vertex| {
+            let known = self.corners.iter().position(|corner| corner.map(f32::to_bits) == vertex.map(f32::to_bits));
+            known.unwrap_or_else(|| {
+                self.corners.push(vertex);
+                self.corners.len() - 1
+            })
+        });
+        if self.corners.len() > CORNERS {
+            self.corners.truncate(before);
+            return false;
+        }
+        self.triangles.push(Triangle { id, corners: corners.map(|corner| corner as u8) });
+        true
+    }
+
+    fn bounds(&self) -> [[f32; 2]; 3] {
+        std::array::from_fn(|axis| {
+            let along =
+                |fold: fn(f32, f32) -> f32, from| self.corners.iter().map(|corner| corner[axis]).fold(from, fold);
+            [along(f32::min, f32::INFINITY), along(f32::max, f32::NEG_INFINITY)]
+        })
+    }
+
+    /// What eight unrelated rays spend on it in a scene of half surface `scene`.
+    fn cost(&self, scene: f32) -> f32 {
+        let miss = 1.0 - (half_area(self.bounds()) / scene).min(1.0);
+        let inside = self.corners.len() as f32 * CORNER_COST + self.triangles.len() as f32 * TRIANGLE_COST;
+        LEAF_COST + (1.0 - miss.powi(LANES as i32)) * inside
+    }
+}
+
+fn half_area(bounds: [[f32; 2]; 3]) -> f32 {
+    let [x, y, z] = bounds.map(|[min, max]| max - min);
+    x * y + y * z + z * x
+}
+
 impl Flat {
-    /// The leaves of a tree, the largest box first.
-    pub(super) fn new(nodes: &[Node], blocks: &[LeafBlock]) -> Self {
-        let mut found = vec![];
-        for node in nodes {
-            for slot in 0..node.count() {
-                if let Child::Leaf(block, count) = node.child(slot) {
-                    let b = node.bounds.map(|axis| axis.map(|side| side[slot]));
-                    let size = b.map(|[min, max]| max - min);
-                    let area = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
-                    found.push((area, [b[0][0], b[0][1], b[1][0], b[1][1], b[2][0], b[2][1], 0.0, 0.0], block, count));
+    /// The list of `triangles`, ids descending. Leaves are runs of ids, files being written object by object; where one
+    /// ends and the next begins is chosen by dynamic programming.
+    pub(super) fn new(triangles: &[(u32, Vertices)]) -> Self {
+        let mut all = Group::default();
+        all.corners.extend(triangles.iter().flat_map(|triangle| triangle.1));
+        let scene = half_area(all.bounds()).max(f32::MIN_POSITIVE);
+        // `best[i]`: the least cost of triangles from i on, and the end of the first leaf.
+        let mut best = vec![(0.0, 0); triangles.len() + 1];
+        for first in (0..triangles.len()).rev() {
+            let mut group = Group::default();
+            best[first] = (f32::INFINITY, first + 1);
+            for (end, &(id, vertices)) in (first + 1..).zip(&triangles[first..]) {
+                if !group.add(id, vertices) {
+                    break;
+                }
+                let cost = group.cost(scene) + best[end].0;
+                if cost < best[first].0 {
+                    best[first] = (cost, end);
                 }
             }
         }
-        found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut flat = Self::default();
-        for (_, bounds, block, count) in found {
-            flat.leaves.push(Leaf { bounds, first: flat.triangles.len() as u32, count: count as u32 });
-            for lane in 0..count {
-                let corners = blocks[block].vertices.map(|v| [v[0][lane], v[1][lane], v[2][lane], 0., 0., 0., 0., 0.]);
-                flat.triangles.push(Triangle { corners, id: blocks[block].ids[lane] });
+        let mut first = 0;
+        while first < triangles.len() {
+            let mut group = Group::default();
+            for &(id, vertices) in &triangles[first..best[first].1] {
+                group.add(id, vertices);
             }
+            first = best[first].1;
+            let [[x0, x1], [y0, y1], [z0, z1]] = group.bounds();
+            let (corners, triangles) = (flat.corners.len() as u32, flat.triangles.len() as u32);
+            flat.corners.extend(group.corners.iter().map(|&[x, y, z]| [x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]));
+            flat.triangles.extend(group.triangles);
+            flat.leaves.push(Leaf {
+                bounds: [x0, x1, y0, y1, z0, z1, 0.0, 0.0],
+                corners: corners..flat.corners.len() as u32,
+                triangles: triangles..flat.triangles.len() as u32,
+            });
         }
         flat
     }
 
     /// Bytes of the list.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&self.leaves[..]) + size_of_val(&self.triangles[..])
+        size_of_val(&self.leaves[..]) + size_of_val(&self.corners[..]) + size_of_val(&self.triangles[..])
     }
 }
 
@@ -120,13 +196,28 @@ impl Rays {
         entry.le(exit.min(best_wide))
     }
 
+    /// Shears the corners of a leaf.
     #[inline(always)]
-    fn edges(&self, triangle: &Triangle) -> Edges {
-        let corner = |vertex: usize| -> [F32x8; 3] {
-            let corner = F32x8::from_array(triangle.corners[vertex]);
-            std::array::from_fn(|k| corner.permute(self.axes[k]) - self.origin[k])
-        };
-        edges(corner(0), corner(1), corner(2), self.shear)
+    fn shear_corners(&self, flat: &Flat, leaf: &Leaf, sheared_corners: &mut [[F32x8; 3]; CORNERS]) {
+        let corners = &flat.corners[leaf.corners.start as usize..leaf.corners.end as usize];
+        for (to, corner) in sheared_corners.iter_mut().zip(corners) {
+            let corner = F32x8::from_array(*corner);
+            *to = sheared(std::array::from_fn(|k| corner.permute(self.axes[k]) - self.origin[k]), self.shear);
+        }
+    }
+}
+
+impl Leaf {
+    #[inline(always)]
+    fn triangles<'a>(&self, flat: &'a Flat) -> &'a [Triangle] {
+        &flat.triangles[self.triangles.start as usize..self.triangles.end as usize]
+    }
+}
+
+impl Triangle {
+    #[inline(always)]
+    fn corners(&self, sheared_corners: &[[F32x8; 3]; CORNERS]) -> [[F32x8; 3]; 3] {
+        self.corners.map(|corner| sheared_corners[corner as usize % CORNERS])
     }
 }
 
@@ -146,17 +237,16 @@ pub(super) fn closest(
     let packet = without_garbage(given, active);
     let rays = Rays::new(&packet, extent);
     best.t = packet.tmax;
+    let mut corners = [[F32x8::ZERO; 3]; CORNERS];
     for leaf in &flat.leaves {
         let live = rays.enter(leaf, best.t * F32x8::splat(WIDENING));
         counters.lanes_used += live.count() as u64;
         counters.lanes_possible += LANES as u64;
         if live.any() {
-            for triangle in &flat.triangles[leaf.first as usize..][..leaf.count as usize] {
-                let edges = rays.edges(triangle);
-                let inside = edges.inside & live;
-                if inside.any() {
-                    best.update(&edges, triangle.id, live, rays.tmin);
-                }
+            rays.shear_corners(flat, leaf, &mut corners);
+            for triangle in leaf.triangles(flat) {
+                let edges = edges(triangle.corners(&corners));
+                best.update_descending(&edges, triangle.id, live, rays.tmin);
             }
         }
     }
@@ -174,13 +264,15 @@ pub(super) fn any(flat: &Flat, extent: f32, given: &RayPacket, active: Mask8, co
     let rays = Rays::new(&packet, extent);
     let best_wide = packet.tmax * F32x8::splat(WIDENING);
     let mut open = active;
+    let mut corners = [[F32x8::ZERO; 3]; CORNERS];
     for leaf in &flat.leaves {
         let live = rays.enter(leaf, best_wide) & open;
         counters.lanes_used += live.count() as u64;
         counters.lanes_possible += LANES as u64;
         if live.any() {
-            for triangle in &flat.triangles[leaf.first as usize..][..leaf.count as usize] {
-                let edges = rays.edges(triangle);
+            rays.shear_corners(flat, leaf, &mut corners);
+            for triangle in leaf.triangles(flat) {
+                let edges = edges(triangle.corners(&corners));
                 if (edges.inside & live).any() {
                     let t = edges.t_scaled / edges.det;
                     open = open.and_not(edges.inside & live & t.gt(packet.tmin) & t.le(packet.tmax));

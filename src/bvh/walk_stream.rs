@@ -10,7 +10,7 @@ use super::node::{LEAF_BIT, LeafBlock, Node, block_of};
 use super::prefetch::prefetch;
 use super::ray::{HitPacket, NO_HIT, RayPacket};
 use super::sort::sort_children;
-use super::triangle::{PERMUTATION, dominant_axis8, edges};
+use super::triangle::{PERMUTATION, dominant_axis8, edges, sheared};
 use super::walk_single::Tables;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
@@ -267,7 +267,7 @@ impl Rays {
             [F32x8::from_array(v[kx]) - o[0], F32x8::from_array(v[ky]) - o[1], F32x8::from_array(v[kz]) - o[2]]
         };
         let shear = [self.shear_x[row], self.shear_y[row], self.shear_z[row]].map(F32x8::splat);
-        let edges = edges(corner(0), corner(1), corner(2), shear);
+        let edges = edges([0, 1, 2].map(|vertex| sheared(corner(vertex), shear)));
         let t = edges.t_scaled / edges.det;
         let best = self.t[row];
         let hits = edges.inside & t.gt(F32x8::splat(self.tmin[row])) & t.le(F32x8::splat(best));
