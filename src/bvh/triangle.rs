@@ -116,7 +116,7 @@ impl OneRay {
         let corner = |vertex: usize| -> [F32x8; 3] {
             std::array::from_fn(|k| F32x8::from_array(block.vertices[vertex][self.axes[k]]) - self.origin[k])
         };
-        edges([0, 1, 2].map(|vertex| sheared(corner(vertex), self.shear)))
+        edges([sheared(corner(0), self.shear), sheared(corner(1), self.shear), sheared(corner(2), self.shear)])
     }
 }
 
@@ -152,7 +152,7 @@ impl EightRays {
         let corner = |vertex: usize| -> [F32x8; 3] {
             std::array::from_fn(|k| F32x8::splat(block.vertices[vertex][axes[k]][lane]) - origin[axes[k]])
         };
-        edges([0, 1, 2].map(|vertex| sheared(corner(vertex), self.shear)))
+        edges([sheared(corner(0), self.shear), sheared(corner(1), self.shear), sheared(corner(2), self.shear)])
     }
 }
 

@@ -217,7 +217,10 @@ impl Leaf {
 impl Triangle {
     #[inline(always)]
     fn corners(&self, sheared_corners: &[[F32x8; 3]; CORNERS]) -> [[F32x8; 3]; 3] {
-        self.corners.map(|corner| sheared_corners[corner as usize % CORNERS])
+        // Not `map`, which is a call here.
+        let [a, b, c] = self.corners;
+        let corner = |corner: u8| sheared_corners[corner as usize % CORNERS];
+        [corner(a), corner(b), corner(c)]
     }
 }
 
@@ -271,13 +274,13 @@ pub(super) fn any(flat: &Flat, extent: f32, given: &RayPacket, active: Mask8, co
         counters.lanes_possible += LANES as u64;
         if live.any() {
             rays.shear_corners(flat, leaf, &mut corners);
+            let mut blocked = Mask8::NONE;
             for triangle in leaf.triangles(flat) {
                 let edges = edges(triangle.corners(&corners));
-                if (edges.inside & live).any() {
-                    let t = edges.t_scaled / edges.det;
-                    open = open.and_not(edges.inside & live & t.gt(packet.tmin) & t.le(packet.tmax));
-                }
+                let t = edges.t_scaled / edges.det;
+                blocked = blocked | ((edges.inside & t.gt(packet.tmin)) & t.le(packet.tmax));
             }
+            open = open.and_not(blocked & live);
             if !open.any() {
                 break;
             }

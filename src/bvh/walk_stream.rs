@@ -261,13 +261,14 @@ impl Rays {
     #[inline(always)]
     fn test_leaf<const ANY: bool>(&mut self, row: usize, block: &LeafBlock) -> bool {
         let [kx, ky, kz] = PERMUTATION[self.kz[row] as usize % 3];
-        let o = [self.origin_x[row], self.origin_y[row], self.origin_z[row]].map(F32x8::splat);
+        let splat = F32x8::splat;
+        let o = [splat(self.origin_x[row]), splat(self.origin_y[row]), splat(self.origin_z[row])];
         let corner = |vertex: usize| {
             let v = &block.vertices[vertex];
             [F32x8::from_array(v[kx]) - o[0], F32x8::from_array(v[ky]) - o[1], F32x8::from_array(v[kz]) - o[2]]
         };
-        let shear = [self.shear_x[row], self.shear_y[row], self.shear_z[row]].map(F32x8::splat);
-        let edges = edges([0, 1, 2].map(|vertex| sheared(corner(vertex), shear)));
+        let shear = [splat(self.shear_x[row]), splat(self.shear_y[row]), splat(self.shear_z[row])];
+        let edges = edges([sheared(corner(0), shear), sheared(corner(1), shear), sheared(corner(2), shear)]);
         let t = edges.t_scaled / edges.det;
         let best = self.t[row];
         let hits = edges.inside & t.gt(F32x8::splat(self.tmin[row])) & t.le(F32x8::splat(best));
