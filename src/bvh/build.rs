@@ -31,8 +31,8 @@ pub struct BuildOptions {
 /// Scenes of up to this many triangles are walked by packets only, which like small leaves.
 const SMALL_SCENE: usize = 1 << 10;
 
-/// Scenes of up to this many triangles are also kept as a list.
-const FLAT_SCENE: usize = 128;
+/// Scenes of up to this many triangles are also kept as a list, if that is fast.
+const FLAT_SCENE: usize = 1280;
 
 impl BuildOptions {
     /// What measured best for a scene of `triangles` triangles.
@@ -68,6 +68,7 @@ impl Bvh {
             ids.sort_unstable_by(|a, b| b.cmp(a));
             Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>())
         });
+        let flat = flat.flatten();
         Self { nodes, leaves, triangles, depth: wide.depth, extent, flat }
     }
 

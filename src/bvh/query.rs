@@ -15,9 +15,9 @@ use std::ops::Range;
 pub enum RayKind {
     /// From the camera, neighbours in the picture next to each other.
     Camera,
-    /// From hits of camera rays towards lights.
+    /// From hits of camera rays towards lights. (Those of later hits are as scattered as [`RayKind::Bounce`].)
     Shadow,
-    /// After a bounce, towards anywhere.
+    /// After a bounce, towards anywhere; or from there towards lights.
     Bounce,
 }
 
@@ -135,7 +135,7 @@ impl Bvh {
     pub fn walk_for_closest(&self, kind: RayKind) -> Walk {
         match kind {
             RayKind::Camera => Walk::Packet(0),
-            RayKind::Shadow => Walk::Packet(2),
+            RayKind::Shadow => Walk::Packet(1),
             RayKind::Bounce if self.flat().is_some() => Walk::Flat,
             RayKind::Bounce => Walk::Stream,
         }
