@@ -59,7 +59,7 @@ fn lambert_polygon_irradiance_by_every_strategy() {
         for strategy in exact_strategies() {
             for max_depth in [Some(1), None] {
                 let settings = Settings { strategy, max_depth, ..small(16, 16, 2048) };
-                assert_mean(&scene, &settings, truth, 0.06, &format!("{strategy} at {at:?}, depth {max_depth:?}"));
+                assert_mean(&scene, &settings, truth, 0.12, &format!("{strategy} at {at:?}, depth {max_depth:?}"));
             }
         }
     }
@@ -130,7 +130,7 @@ fn the_furnace_has_the_radiance_of_its_series() {
                 let order = max_depth.map_or(f64::INFINITY, |n| n as f64 + 1.0);
                 let truth = albedo.map(|a: f64| 1.0 - a.powf(order));
                 let what = format!("{strategy}, depth {max_depth:?}, roulette {rr_depth:?}");
-                assert_mean(&scene, &settings, truth, 0.15, &what);
+                assert_mean(&scene, &settings, truth, 0.25, &what);
             }
         }
     }

@@ -7,16 +7,14 @@ use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 use crate::scene::prepare::{CLASS_EMITS, MaterialKind};
 use crate::setup::Setup;
 
-/// Sorts the hits of all paths. Without `scatter` (after the last event) surfaces are only counted: the number of hits that
-/// could have scattered comes back.
-pub fn sort_hits(setup: &Setup, plan: &Plan, state: &mut TileState, scatter: bool) -> usize {
+/// Sorts the hits of all paths. Without `scatter` (after the last event) surfaces are left alone.
+pub fn sort_hits(setup: &Setup, plan: &Plan, state: &mut TileState, scatter: bool) {
     let TileState { paths, hits, misses, emitters, diffuse, mirror, .. } = state;
     for list in [&mut *misses, &mut *emitters] {
         list.len = 0;
     }
     diffuse.len = 0;
     mirror.len = 0;
-    let mut scatterable = 0;
     for first in (0..paths.len).step_by(LANES) {
         let active = Mask8::first((paths.len - first).min(LANES));
         let triangle = U32x8::load(&hits.triangle, first);
@@ -34,11 +32,8 @@ pub fn sort_hits(setup: &Setup, plan: &Plan, state: &mut TileState, scatter: boo
         if scatter {
             append_surfaces(diffuse, plan.needs.diffuse, paths, hits, first, of_kind(MaterialKind::Diffuse));
             append_surfaces(mirror, plan.needs.mirror, paths, hits, first, of_kind(MaterialKind::Mirror));
-        } else {
-            scatterable += hit.and_not(of_kind(MaterialKind::Black)).count() as usize;
         }
     }
-    scatterable
 }
 
 /// The classes of eight triangles; misses get class 0.

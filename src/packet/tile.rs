@@ -27,8 +27,10 @@ pub fn trace_paths(setup: &Setup, plan: &Plan, state: &mut TileState, counters: 
         clock = counters.note(Stage::IntersectClosest, state.paths.len, clock);
 
         let last = depth == setup.max_depth;
-        let cut = sort_hits(setup, plan, state, !last);
-        counters.guarded += if depth == DEPTH_GUARD { cut as u64 } else { 0 };
+        sort_hits(setup, plan, state, !last);
+        if depth + 1 == DEPTH_GUARD {
+            counters.guarded += (state.diffuse.len + state.mirror.len) as u64;
+        }
         clock = counters.note(Stage::SortHits, state.paths.len, clock);
 
         if plan.needs.misses {

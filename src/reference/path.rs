@@ -81,10 +81,10 @@ pub fn trace_path(
         // shade_surface: the path ends on black surfaces and after its last event
         let material = &scene.materials[triangle.material as usize];
         if material.kind == MaterialKind::Black || step.depth == setup.max_depth {
-            result.guarded = material.kind != MaterialKind::Black && step.depth == DEPTH_GUARD;
             break;
         }
         let event = step.depth;
+        result.guarded = event + 1 == DEPTH_GUARD;
         let color = vec3(material.color);
         let delta = material.kind == MaterialKind::Mirror;
 

@@ -4,9 +4,10 @@
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 4] = [
+pub const SCENES: [&str; 5] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
+    "scenes/lecture_lights.toml",
     "scenes/furnace.toml",
     "builtin:heavy:20000",
 ];
