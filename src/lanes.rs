@@ -188,6 +188,14 @@ impl F32x8 {
     pub fn compress(self, mask: u8) -> Self {
         F32x8::from_bits(self.to_bits().compress(mask))
     }
+    /// Crosses lanes: the least value, which must not be NaN in any lane; of -0 and +0 either.
+    #[inline(always)]
+    pub fn min_of_lanes(self) -> f32 {
+        let swap = |v: Self, partners: [u32; LANES]| v.min(v.permute(U32x8::from_array(partners)));
+        let halves = swap(self, [4, 5, 6, 7, 0, 1, 2, 3]);
+        let quarters = swap(halves, [2, 3, 0, 1, 6, 7, 4, 5]);
+        swap(quarters, [1, 0, 3, 2, 5, 4, 7, 6]).to_array()[0]
+    }
     /// Crosses lanes: `rows[i]` lane `j` goes to result `j` lane `i`.
     #[inline(always)]
     pub fn transpose(rows: [F32x8; LANES]) -> [F32x8; LANES] {

@@ -18,6 +18,7 @@ pub mod sampler;
 pub mod scene;
 pub mod settings;
 pub mod setup;
+pub mod stats;
 
 pub use error::{Error, Result};
 pub use film::Film;

@@ -18,6 +18,7 @@ use crate::sampler::pixel_address;
 use crate::scene::PreparedScene;
 use crate::settings::{Crop, Engine, Settings};
 use crate::setup::Setup;
+pub use crate::stats::{RayCounts, StageStats, Stats};
 
 /// Paths a packet tile follows at once: their queues (about 250 bytes a path) stay in a core's L2 cache.
 pub const PATHS_AT_ONCE: usize = 2048;
@@ -35,62 +36,6 @@ pub struct Render {
     pub film: Film,
     /// What it cost.
     pub stats: Stats,
-}
-
-/// Rays of each kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct RayCounts {
-    /// Camera rays.
-    pub camera: u64,
-    /// Rays after a scattering event.
-    pub bounce: u64,
-    /// Shadow rays.
-    pub shadow: u64,
-}
-
-impl RayCounts {
-    /// All of them.
-    pub fn total(&self) -> u64 {
-        self.camera + self.bounce + self.shadow
-    }
-}
-
-/// One stage's work: lanes used and possible, and seconds summed over threads.
-#[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct StageStats {
-    /// The stage's name in the plan.
-    pub stage: &'static str,
-    /// Lanes that held work.
-    pub lanes_used: u64,
-    /// Lanes that could have.
-    pub lanes_possible: u64,
-    /// Seconds spent in it, summed over threads.
-    pub seconds: f64,
-}
-
-/// What a render cost and met.
-#[derive(Clone, Debug, Default)]
-pub struct Stats {
-    /// Worker threads used.
-    pub threads: usize,
-    /// Wall seconds of rendering alone.
-    pub render_s: f64,
-    /// CPU seconds of rendering alone, user and system, all threads.
-    pub cpu_s: f64,
-    /// Camera paths followed.
-    pub paths: u64,
-    /// Rays traced.
-    pub rays: RayCounts,
-    /// Per stage, in the order of the plan; empty for the scalar engine.
-    pub stages: Vec<StageStats>,
-    /// How many samples were not finite.
-    pub nonfinite: u64,
-    /// The first few of them.
-    pub nonfinite_samples: Vec<NonFinite>,
-    /// Paths that reached the depth guard.
-    pub guarded: u64,
-    /// Every sample that was asked for has been taken (false after a stop).
-    pub finished: bool,
 }
 
 /// How far a render has come.

@@ -22,3 +22,103 @@ fn engines_agree_bit_for_bit_on_every_scene_and_strategy() {
         }
     }
 }
+
+#[test]
+fn threads_passes_and_crops_leave_no_trace() {
+    let scene = prepared("scenes/cornell_mirror.toml");
+    for engine in [Engine::Packet, Engine::Scalar] {
+        let settings = Settings { engine, ..small(70, 41, 70) };
+        let one = render(&scene, &settings);
+        for threads in [2, 3] {
+            let many = render(&scene, &Settings { threads, ..settings.clone() });
+            assert_eq!(first_difference(&one.film, &many.film), None, "{engine}, {threads} threads");
+        }
+        let crop = Crop { x: 19, y: 5, width: 37, height: 22 };
+        let part = render(&scene, &Settings { crop: Some(crop), ..settings.clone() });
+        for y in 0..crop.height {
+            for x in 0..crop.width {
+                let whole = one.film.mean(crop.x + x, crop.y + y);
+                assert_eq!(part.film.mean(x, y).map(f32::to_bits), whole.map(f32::to_bits), "{engine}, {x},{y}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_time_limit_equals_the_samples_it_reached() {
+    let scene = prepared("scenes/cornell.toml");
+    let settings = Settings { spp: 1 << 20, time: Some(std::time::Duration::from_millis(150)), ..small(40, 40, 1) };
+    let timed = render(&scene, &settings);
+    assert!(timed.film.spp >= 1 && timed.film.spp < 1 << 20 && timed.stats.finished);
+    let counted = render(&scene, &small(40, 40, timed.film.spp));
+    assert_eq!(first_difference(&timed.film, &counted.film), None, "{} samples", timed.film.spp);
+    let least = Settings { time: Some(std::time::Duration::ZERO), ..settings };
+    assert_eq!(render(&scene, &least).film.spp, 1, "at least one whole pass");
+}
+
+#[test]
+fn a_stopped_render_holds_whole_passes() {
+    let scene = prepared("scenes/cornell.toml");
+    let settings = small(24, 24, 300);
+    let stopped = octray::render_with(&scene, &settings, &|_| false);
+    assert!(!stopped.stats.finished && stopped.film.spp < 300);
+    let same = render(&scene, &small(24, 24, stopped.film.spp));
+    assert_eq!(first_difference(&stopped.film, &same.film), None);
+}
+
+#[test]
+fn seeds_and_samples_are_different_and_reproducible() {
+    let scene = prepared("scenes/cornell.toml");
+    let settings = small(16, 16, 2);
+    let (a, b) = (render(&scene, &settings), render(&scene, &settings));
+    assert_eq!(first_difference(&a.film, &b.film), None);
+    let other = render(&scene, &Settings { seed: 1, ..settings });
+    assert!(first_difference(&a.film, &other.film).is_some());
+}
+
+/// The two number types of the reference follow the same paths: all but a few samples (whose f32 ray takes the other side
+/// of an edge) agree to f32 precision.
+#[test]
+fn f32_and_f64_references_follow_the_same_paths() {
+    for path in SCENES {
+        let scene = prepared(path);
+        let settings = Settings { max_depth: Some(4), ..small(32, 32, 1) };
+        let setup = octray::setup::Setup::new(&scene, &settings);
+        let (mut apart, mut total) = (0, 0);
+        for sample in 0..4 {
+            for pixel in (0..32 * 32).map(|i| (i % 32, i / 32)) {
+                let single = octray::reference::single::path::trace_path(&setup, pixel, sample, &mut |_| {});
+                let double = octray::reference::double::path::trace_path(&setup, pixel, sample, &mut |_| {});
+                let difference = (single.radiance.as_dvec3() - double.radiance).abs().max_element();
+                apart += (difference > 1e-3 * (double.radiance.abs().max_element() + 0.01)) as u32;
+                total += 1;
+            }
+        }
+        assert!(apart * 200 < total, "{path}: {apart} of {total} samples differ");
+    }
+}
+
+#[test]
+fn plans_leave_out_what_a_scene_does_not_need() {
+    let cornell = prepared("scenes/cornell.toml");
+    let plan = |scene: &octray::PreparedScene, settings: &Settings| {
+        octray::packet::plan::Plan::new(&octray::setup::Setup::new(scene, settings))
+    };
+    let left_out = |plan: &octray::packet::plan::Plan| plan.left_out.iter().map(|l| l.what).collect::<Vec<_>>();
+    let stages = |plan: &octray::packet::plan::Plan| plan.stages.iter().map(|s| s.stage).collect::<Vec<_>>();
+
+    let nee = plan(&cornell, &Settings { strategy: Strategy::Nee, ..small(8, 8, 1) });
+    assert!(!stages(&nee).contains(&"shade_mirror") && !stages(&nee).contains(&"shade_miss"));
+    assert!(left_out(&nee).contains(&"mirror") && left_out(&nee).contains(&"environment"));
+    let state = nee.tile_state(256);
+    assert!(state.paths.pdf_dir.is_empty(), "0/1 weights need no densities");
+    assert!(state.mirror.slot.len() <= 8 && state.misses.rows.len() <= 8 && state.shadow.slot.len() >= 256);
+
+    let bsdf = plan(&cornell, &Settings { strategy: Strategy::Bsdf, ..small(8, 8, 1) });
+    assert!(left_out(&bsdf).contains(&"light sampling") && !stages(&bsdf).contains(&"intersect_shadow"));
+    assert!(bsdf.tile_state(256).shadow.slot.len() <= 8);
+    let emission = plan(&cornell, &Settings { max_depth: Some(0), ..small(8, 8, 1) });
+    assert!(!stages(&emission).contains(&"shade_diffuse"));
+    let mirror = plan(&prepared("scenes/cornell_mirror.toml"), &small(8, 8, 1));
+    assert!(stages(&mirror).contains(&"shade_mirror") && !left_out(&mirror).contains(&"mirror"));
+}

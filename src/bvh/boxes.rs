@@ -9,7 +9,7 @@ use crate::lanes::{F32x8, Mask8, Vec3x8};
 
 /// What the closest hit is widened by before a box may be culled against it.
 pub(super) const WIDENING: f32 = 1.0 + 1.0 / (1 << 21) as f32;
-const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
+pub(super) const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
 /// Direction components are kept this far from 0: their inverses, times any coordinate up to 2^46, stay finite.
 const SMALLEST: f32 = 1.0 / (1u128 << 80) as f32;
 
@@ -29,6 +29,12 @@ pub(super) struct OneRayBoxes {
 fn safe_inverse(direction: f32) -> f32 {
     // `max` of the crate: NaN becomes SMALLEST too.
     1.0 / crate::math::max(direction.abs(), SMALLEST).copysign(direction)
+}
+
+/// 1 / direction, finite and not 0 for all numbers.
+#[inline(always)]
+pub(super) fn safe_inverse8(direction: F32x8) -> F32x8 {
+    F32x8::ONE / direction.abs().max(F32x8::splat(SMALLEST)).copysign(direction)
 }
 
 impl OneRayBoxes {
@@ -76,8 +82,7 @@ impl EightRaysBoxes {
     pub(super) fn new(origin: Vec3x8, direction: Vec3x8, tmin: F32x8, extent: f32) -> Self {
         let o = [origin.x, origin.y, origin.z];
         let d = [direction.x, direction.y, direction.z];
-        let smallest = F32x8::splat(SMALLEST);
-        let inverse: [F32x8; 3] = std::array::from_fn(|k| F32x8::ONE / d[k].abs().max(smallest).copysign(d[k]));
+        let inverse = d.map(safe_inverse8);
         let extent = F32x8::splat(extent);
         let widening: [F32x8; 3] =
             std::array::from_fn(|k| F32x8::splat(ROUNDING) * ((o[k].abs() + extent) * inverse[k].abs()));

@@ -4,6 +4,7 @@ use super::collapse;
 use super::huge::Table;
 use super::node::{Child, LeafBlock, NO_TRIANGLE, Node};
 use super::sah::{self, PrimBox};
+use super::walk_flat::Flat;
 use super::walk_single::Tables;
 use crate::lanes::LANES;
 use obvhs::bvh2::Bvh2;
@@ -16,6 +17,8 @@ pub struct Bvh {
     triangles: usize,
     depth: usize,
     extent: f32,
+    /// Of the smallest scenes only.
+    flat: Option<Flat>,
 }
 
 /// How to build.
@@ -27,6 +30,9 @@ pub struct BuildOptions {
 
 /// Scenes of up to this many triangles are walked by packets only, which like small leaves.
 const SMALL_SCENE: usize = 1 << 10;
+
+/// Scenes of up to this many triangles are also kept as a list, if that is fast.
+const FLAT_SCENE: usize = 1280;
 
 impl BuildOptions {
     /// What measured best for a scene of `triangles` triangles.
@@ -56,7 +62,14 @@ impl Bvh {
         let (mut nodes, mut leaves) = (Table::zeroed(wide.nodes.len()), Table::zeroed(wide.leaves.len()));
         nodes.rows_mut().copy_from_slice(&wide.nodes);
         leaves.rows_mut().copy_from_slice(&wide.leaves);
-        Self { nodes, leaves, triangles: source.primitive_indices.len(), depth: wide.depth, extent }
+        let triangles = source.primitive_indices.len();
+        let flat = (triangles <= FLAT_SCENE).then(|| {
+            let mut ids = source.primitive_indices.clone();
+            ids.sort_unstable_by(|a, b| b.cmp(a));
+            Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>())
+        });
+        let flat = flat.flatten();
+        Self { nodes, leaves, triangles, depth: wide.depth, extent, flat }
     }
 
     /// The binary tree that [`Bvh::build`] collapses, one triangle a leaf.
@@ -97,7 +110,13 @@ impl Bvh {
     }
     /// The tables' names and sizes in bytes.
     pub fn tables(&self) -> Vec<(&'static str, usize)> {
-        vec![("bvh nodes", self.nodes.bytes()), ("bvh leaves", self.leaves.bytes())]
+        let mut tables = vec![("bvh nodes", self.nodes.bytes()), ("bvh leaves", self.leaves.bytes())];
+        tables.extend(self.flat.as_ref().map(|flat| ("bvh list", flat.bytes())));
+        tables
+    }
+    #[inline(always)]
+    pub(super) fn flat(&self) -> Option<&Flat> {
+        self.flat.as_ref()
     }
     #[inline(always)]
     pub(super) fn walk_tables(&self) -> Tables<'_> {

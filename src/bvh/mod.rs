@@ -9,13 +9,16 @@ mod build;
 mod collapse;
 mod huge;
 pub mod node;
+mod prefetch;
 mod query;
 pub mod ray;
 mod sah;
 mod sort;
 mod triangle;
+mod walk_flat;
 mod walk_packet;
 mod walk_single;
+mod walk_stream;
 
 pub use build::{BuildOptions, Bvh};
 pub use query::{RayKind, Scratch, Walk, WalkCounters};

@@ -2,8 +2,10 @@
 
 use super::build::Bvh;
 use super::ray::{HitPacket, HitQueue, RayPacket, RayQueue};
+use super::walk_flat;
 use super::walk_packet::{self, PacketStack};
 use super::walk_single::{self, Hit, Stack};
+use super::walk_stream::{CHUNK, Stream};
 use crate::lanes::{F32x8, LANES, Mask8};
 use std::cell::RefCell;
 use std::ops::Range;
@@ -13,9 +15,9 @@ use std::ops::Range;
 pub enum RayKind {
     /// From the camera, neighbours in the picture next to each other.
     Camera,
-    /// From hits of camera rays towards lights.
+    /// From hits of camera rays towards lights. (Those of later hits are as scattered as [`RayKind::Bounce`].)
     Shadow,
-    /// After a bounce, towards anywhere.
+    /// After a bounce, towards anywhere; or from there towards lights.
     Bounce,
 }
 
@@ -26,6 +28,10 @@ pub enum Walk {
     Single,
     /// Eight rays together; nodes that no more than this many rays enter are left to one-ray walks.
     Packet(u32),
+    /// Many single rays in flight.
+    Stream,
+    /// Eight rays together through a list of all leaves; trees too big for a list are walked by packets.
+    Flat,
 }
 
 /// What walks need for a while. Keep one per thread: it grows to its size once.
@@ -33,12 +39,14 @@ pub enum Walk {
 pub struct Scratch {
     single: Stack,
     packet: PacketStack,
+    stream: Stream,
 }
 
 impl Scratch {
     fn reserve(&mut self, bvh: &Bvh) {
         self.single.reserve(bvh.stack_bound());
         self.packet.reserve(bvh.stack_bound());
+        self.stream.reserve(bvh.stack_bound());
     }
 }
 
@@ -127,9 +135,9 @@ impl Bvh {
     pub fn walk_for_closest(&self, kind: RayKind) -> Walk {
         match kind {
             RayKind::Camera => Walk::Packet(0),
-            RayKind::Shadow => Walk::Packet(2),
-            RayKind::Bounce if self.nodes().len() < 64 => Walk::Packet(0),
-            RayKind::Bounce => Walk::Single,
+            RayKind::Shadow => Walk::Packet(1),
+            RayKind::Bounce if self.flat().is_some() => Walk::Flat,
+            RayKind::Bounce => Walk::Stream,
         }
     }
 
@@ -140,7 +148,16 @@ impl Bvh {
 
     /// All walks that this tree can be walked by.
     pub fn walks(&self) -> Vec<Walk> {
-        vec![Walk::Single, Walk::Packet(0), Walk::Packet(1), Walk::Packet(3), Walk::Packet(8)]
+        let all = [
+            Walk::Single,
+            Walk::Packet(0),
+            Walk::Packet(1),
+            Walk::Packet(3),
+            Walk::Packet(8),
+            Walk::Stream,
+            Walk::Flat,
+        ];
+        all.into_iter().filter(|&walk| walk != Walk::Flat || self.flat().is_some()).collect()
     }
 
     /// [`Bvh::intersect_queue`] by a walk of one's choice.
@@ -172,6 +189,25 @@ impl Bvh {
                     hits.set_packet(first, &hit);
                 }
             }
+            Walk::Flat => {
+                let Some(flat) = self.flat() else {
+                    return self.intersect_by(Walk::Packet(0), rays, range, hits, scratch, counters);
+                };
+                for first in range.clone().step_by(LANES) {
+                    let active = Mask8::first((range.end - first).min(LANES));
+                    let hit = walk_flat::closest(flat, self.extent(), &rays.packet(first), active, counters);
+                    hits.set_packet(first, &hit);
+                }
+            }
+            Walk::Stream => {
+                for chunk in range.clone().step_by(CHUNK) {
+                    let count = (range.end - chunk).min(CHUNK);
+                    self.stream_chunk::<false>(rays, chunk, count, &mut scratch.stream);
+                    for first in (0..count).step_by(LANES) {
+                        hits.set_packet(chunk + first, &scratch.stream.hits(first));
+                    }
+                }
+            }
         }
     }
 
@@ -191,6 +227,17 @@ impl Bvh {
         if blocked.len() < range.end.div_ceil(LANES) {
             blocked.resize(range.end.div_ceil(LANES), 0);
         }
+        if walk == Walk::Stream {
+            for chunk in range.clone().step_by(CHUNK) {
+                let count = (range.end - chunk).min(CHUNK);
+                self.stream_chunk::<true>(rays, chunk, count, &mut scratch.stream);
+                for first in (0..count).step_by(LANES) {
+                    let lanes = Mask8::first((count - first).min(LANES)).bits();
+                    blocked[(chunk + first) / LANES] = scratch.stream.blocked(first) & lanes;
+                }
+            }
+            return;
+        }
         for first in range.clone().step_by(LANES) {
             let lanes = (range.end - first).min(LANES);
             blocked[first / LANES] = match walk {
@@ -200,11 +247,23 @@ impl Bvh {
                         |lane: usize| walk_single::any(tables, &rays.ray(first + lane), 0, &mut scratch.single) as u8;
                     (0..lanes).map(is_blocked).enumerate().fold(0, |bits, (lane, bit)| bits | bit << lane)
                 }
-                Walk::Packet(switch) => {
+                Walk::Flat if self.flat().is_some() => {
+                    let flat = self.flat().expect("just seen");
+                    walk_flat::any(flat, self.extent(), &rays.packet(first), Mask8::first(lanes), counters).bits()
+                }
+                Walk::Packet(_) | Walk::Stream | Walk::Flat => {
+                    let switch = if let Walk::Packet(switch) = walk { switch } else { 0 };
                     self.packet_any(&rays.packet(first), Mask8::first(lanes), switch, scratch, counters).bits()
                 }
             };
         }
+    }
+
+    fn stream_chunk<const ANY: bool>(&self, rays: &RayQueue, chunk: usize, count: usize, stream: &mut Stream) {
+        for first in (0..count).step_by(LANES) {
+            stream.set_packet(first, &rays.packet(chunk + first), self.extent());
+        }
+        stream.walk::<ANY>(self.walk_tables(), count);
     }
 
     fn packet_closest(
@@ -215,7 +274,7 @@ impl Bvh {
         scratch: &mut Scratch,
         counters: &mut WalkCounters,
     ) -> HitPacket {
-        let Scratch { single, packet } = scratch;
+        let Scratch { single, packet, .. } = scratch;
         walk_packet::closest(self.walk_tables(), rays, active, switch, packet, single, counters)
     }
 
@@ -227,7 +286,7 @@ impl Bvh {
         scratch: &mut Scratch,
         counters: &mut WalkCounters,
     ) -> Mask8 {
-        let Scratch { single, packet } = scratch;
+        let Scratch { single, packet, .. } = scratch;
         walk_packet::any(self.walk_tables(), rays, active, switch, packet, single, counters)
     }
 }

@@ -43,23 +43,26 @@ pub(super) struct Edges {
     pub(super) inside: Mask8,
 }
 
-/// The one sequence of operations behind both forms; corners relative to the origin, as `[kx, ky, kz]`.
+/// A corner, relative to the origin and as `[kx, ky, kz]`, in the ray's sheared space.
 #[inline(always)]
-pub(super) fn edges(a: [F32x8; 3], b: [F32x8; 3], c: [F32x8; 3], shear: [F32x8; 3]) -> Edges {
-    let [sx, sy, sz] = shear;
-    let (ax, ay, az) = (a[0] - sx * a[2], a[1] - sy * a[2], sz * a[2]);
-    let (bx, by, bz) = (b[0] - sx * b[2], b[1] - sy * b[2], sz * b[2]);
-    let (cx, cy, cz) = (c[0] - sx * c[2], c[1] - sy * c[2], sz * c[2]);
+pub(super) fn sheared(corner: [F32x8; 3], shear: [F32x8; 3]) -> [F32x8; 3] {
+    let [x, y, z] = corner;
+    [x - shear[0] * z, y - shear[1] * z, shear[2] * z]
+}
+
+/// The one sequence of operations behind all forms, from sheared corners on.
+#[inline(always)]
+pub(super) fn edges([a, b, c]: [[F32x8; 3]; 3]) -> Edges {
+    let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a, b, c);
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
     let det = (u + v) + w;
     let t_scaled = (u * az + v * bz) + w * cz;
-    // NaN edges make a NaN det, whatever min and max make of them; +-0 is the same to the comparisons.
+    // det is not compared with 0: edges of one sign that add up to 0 are all 0, so t is 0 / 0 and fails every comparison.
+    // So it does if an edge is NaN, whatever min and max make of that; +-0 is the same to the comparisons.
     let zero = F32x8::ZERO;
-    let smallest = u.min(v).min(w);
-    let largest = u.max(v).max(w);
-    let inside = (smallest.ge(zero) | largest.le(zero)) & (det.lt(zero) | det.gt(zero));
+    let inside = u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero);
     Edges { v, w, det, t_scaled, inside }
 }
 
@@ -74,6 +77,14 @@ pub(super) fn dominant_axis(x: f32, y: f32, z: f32) -> usize {
     } else {
         2
     }
+}
+
+/// [`dominant_axis`] of eight: where it is 0, where it is 1.
+#[inline(always)]
+pub(super) fn dominant_axis8(direction: Vec3x8) -> (Mask8, Mask8) {
+    let Vec3x8 { x, y, z } = direction.abs();
+    let is_x = x.ge(y) & x.ge(z);
+    (is_x, y.ge(z).and_not(is_x))
 }
 
 /// `[kx, ky, kz]` by `kz`.
@@ -105,7 +116,7 @@ impl OneRay {
         let corner = |vertex: usize| -> [F32x8; 3] {
             std::array::from_fn(|k| F32x8::from_array(block.vertices[vertex][self.axes[k]]) - self.origin[k])
         };
-        edges(corner(0), corner(1), corner(2), self.shear)
+        edges([sheared(corner(0), self.shear), sheared(corner(1), self.shear), sheared(corner(2), self.shear)])
     }
 }
 
@@ -123,9 +134,7 @@ impl EightRays {
     #[inline(always)]
     pub(super) fn new(origin: Vec3x8, direction: Vec3x8) -> Self {
         let Vec3x8 { x, y, z } = direction;
-        let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-        let is_x = ax.ge(ay) & ax.ge(az);
-        let is_y = ay.ge(az).and_not(is_x);
+        let (is_x, is_y) = dominant_axis8(direction);
         let pick = |x: F32x8, y: F32x8, z: F32x8| is_x.select(x, is_y.select(y, z));
         let dz = pick(x, y, z);
         Self {
@@ -143,7 +152,7 @@ impl EightRays {
         let corner = |vertex: usize| -> [F32x8; 3] {
             std::array::from_fn(|k| F32x8::splat(block.vertices[vertex][axes[k]][lane]) - origin[axes[k]])
         };
-        edges(corner(0), corner(1), corner(2), self.shear)
+        edges([sheared(corner(0), self.shear), sheared(corner(1), self.shear), sheared(corner(2), self.shear)])
     }
 }
 
@@ -173,6 +182,19 @@ impl Best {
         let lower = id.lt(self.triangle);
         let closer = t.lt(self.t) | (t.eq(self.t) & lower);
         let take = edges.inside & live & t.gt(tmin) & closer;
+        self.take(take, t, id, edges);
+    }
+
+    /// [`Best::update`] for a triangle whose id is lower than those of all before it: on equal `t` it is the one.
+    #[inline(always)]
+    pub(super) fn update_descending(&mut self, edges: &Edges, id: u32, live: Mask8, tmin: F32x8) {
+        let t = edges.t_scaled / edges.det;
+        let take = (edges.inside & live) & (t.gt(tmin) & t.le(self.t));
+        self.take(take, t, U32x8::splat(id), edges);
+    }
+
+    #[inline(always)]
+    fn take(&mut self, take: Mask8, t: F32x8, id: U32x8, edges: &Edges) {
         self.t = take.select(t, self.t);
         self.triangle = take.select_u32(id, self.triangle);
         self.v = take.select(edges.v, self.v);

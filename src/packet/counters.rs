@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::bvh::WalkCounters;
-use crate::render::{RayCounts, StageStats};
+use crate::stats::{RayCounts, StageStats};
 
 /// The stages, in the order in which a path meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -186,7 +186,8 @@ fn go_on(
     next: &mut PathQueue,
 ) {
     let survival = bounce.beta.max_element();
-    let mut alive = active & survival.gt(F32x8::ZERO);
+    // Below the normal numbers a throughput is as good as none, and would no longer shrink.
+    let mut alive = active & survival.ge(F32x8::splat(f32::MIN_POSITIVE));
     let mut beta = bounce.beta;
     if depth >= setup.rr_depth {
         let survival = survival.min(F32x8::ONE);

@@ -121,8 +121,10 @@ pub fn trace_path(
         }
 
         // shade_surface: Russian roulette
+        // A throughput below the normal numbers is as good as none; left alone it would not even shrink: three quarters
+        // of the smallest number round to the smallest number, and a path without roulette would run to the guard.
         let survival = max_element(step.beta);
-        if !(survival > 0.0) {
+        if !(survival >= Real::MIN_POSITIVE) {
             break;
         }
         if step.depth >= setup.rr_depth {

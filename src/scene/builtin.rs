@@ -45,8 +45,8 @@ const LAMPS: u32 = 5;
 const BLOBS: u32 = 60;
 const EYE: DVec3 = DVec3::new(-9.5, 4.6, 9.5);
 
-/// A walled hall with rough ground, boulders and grass, lit by small lamps and the sky through a hole in its ceiling: long
-/// indirect paths, needle triangles, boulders that overlap, and many small lights.
+/// A walled hall with rough ground, boulders and grass, lit by small lamps and the sky through a hole in its ceiling:
+/// long indirect paths, needle triangles, boulders that overlap, and many small lights.
 fn heavy(name: String, triangles: u32) -> SceneDesc {
     let diffuse = |name: &str, albedo: [f64; 3], emission: [f64; 3]| MaterialDesc {
         name: name.into(),
@@ -199,7 +199,8 @@ fn add_blade(mesh: &mut Mesh, blade: u64) {
     mesh.triangle(vertices, 3);
 }
 
-/// A number in [0, 1) that belongs to `index` and `stream`: the mixing steps of SplitMix64 (Steele, Lea and Flood 2014).
+/// A number in [0, 1) that belongs to `index` and `stream`: the mixing steps of SplitMix64 (Steele, Lea and Flood
+/// 2014).
 fn uniform(index: u64, stream: u64) -> f64 {
     let mut z = (index << 8 | stream).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);

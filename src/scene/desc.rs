@@ -33,7 +33,8 @@ pub struct TriangleDesc {
     pub vertices: [u32; 3],
     /// Index into [`SceneDesc::materials`].
     pub material: u32,
-    /// The file's vertex normals oppose the winding: the front is the clockwise side.
+    /// The front is the clockwise side: the file's vertex normals oppose the winding, or a mirroring transform turned
+    /// it (but not both). The order of [`TriangleDesc::vertices`] stays the file's, so hit coordinates do too.
     pub flipped: bool,
 }
 

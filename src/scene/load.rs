@@ -26,8 +26,8 @@ impl SceneDesc {
         }
     }
 
-    /// Loads an OBJ by itself: a camera that looks along -z with the whole box in view and, if nothing emits, a constant
-    /// white environment.
+    /// Loads an OBJ by itself: a camera that looks along -z with the whole box in view and, if nothing emits, a
+    /// constant white environment.
     pub fn from_obj(path: impl AsRef<Path>) -> Result<SceneDesc> {
         let path = path.as_ref();
         let mut scene = Assembly::new(path);

@@ -1,5 +1,5 @@
-//! MTL text into materials: a first pass checks every value tobj reads (it panics on a colour of fewer than three numbers)
-//! and knows the lines; tobj then reads the file; the rules of the scene format give each material its kind.
+//! MTL text into materials: a first pass checks every value tobj reads (it panics on a colour of fewer than three
+//! numbers) and knows the lines; tobj then reads the file; the rules of the scene format give each material its kind.
 
 use crate::error::{Error, Result};
 use crate::scene::obj_text::{logical_lines, split_keyword, values};
@@ -121,13 +121,12 @@ fn colour(keyword: &str, rest: &str) -> std::result::Result<[f32; 3], String> {
 fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -> MtlMaterial {
     let name = &material.name;
     let mut bounded = |keyword: &str, value: Option<[f32; 3]>, largest: f64| {
-        let value = value.map(|v| v.map(f64::from));
-        if let Some(v) = value.filter(|v| !v.iter().all(|x| (0.0..=largest).contains(x))) {
+        if let Some(v) = value.filter(|v| !v.iter().all(|&x| (0.0..=largest).contains(&x.into()))) {
             let limit = if largest > 1.0 { "below 0" } else { "outside [0, 1]" };
             let file = path.display();
             warnings.push(format!("{file}: material `{name}`: {keyword} {v:?} is {limit} and was clamped"));
         }
-        value.map(|v| v.map(|x| x.clamp(0.0, largest)))
+        value.map(|v| v.map(|x| f64::from(x).clamp(0.0, largest)))
     };
     let diffuse = bounded("Kd", material.diffuse, 1.0);
     let specular = bounded("Ks", material.specular, 1.0);

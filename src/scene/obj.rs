@@ -157,7 +157,8 @@ fn load_materials(obj: &Path, clean: &CleanObj, warnings: &mut Vec<String>) -> R
     Ok(materials)
 }
 
-/// The files that stand behind one `mtllib`: the whole rest of the line as one name, or else each of its words.
+/// The files that stand behind one `mtllib`: the whole rest of the line as one name, or else each of its words; a blank
+/// behind a backslash belongs to its word.
 fn find_library(obj: &Path, names: &str, warnings: &mut Vec<String>) -> Vec<(PathBuf, Vec<u8>)> {
     let read = |name: &str| {
         // Exporters on Windows write backslashes.
@@ -169,11 +170,26 @@ fn find_library(obj: &Path, names: &str, warnings: &mut Vec<String>) -> Vec<(Pat
         return vec![file];
     }
     let mut files = Vec::new();
-    for name in names.split_whitespace() {
-        match read(name) {
+    for name in split_names(names) {
+        match read(&name) {
             Some(file) => files.push(file),
             None => warnings.push(format!("{}: cannot read its material file `{name}`: grey instead", obj.display())),
         }
     }
     files
+}
+
+fn split_names(names: &str) -> Vec<String> {
+    let mut split = vec![String::new()];
+    let mut letters = names.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let last = split.len() - 1;
+        match letter {
+            '\\' if letters.peek() == Some(&' ') => split[last].extend(letters.next()),
+            _ if letter.is_whitespace() => split.push(String::new()),
+            _ => split[last].push(letter),
+        }
+    }
+    split.retain(|name| !name.is_empty());
+    split
 }

@@ -2,7 +2,8 @@
 //!
 //! - several names, or a name with blanks, in one `mtllib`; tabs behind a keyword; `\` at a line's end; comments behind
 //!   values; text that is not UTF-8;
-//! - a fourth coordinate divides (it weighs rational curves only, and files use it for other things), a fifth is an error;
+//! - a fourth coordinate divides (it weighs rational curves only, and files use it for other things), a fifth is an
+//!   error;
 //! - polylines (`l`) come back as faces;
 //! - a corner without normal takes the normal of the corner before it;
 //! - an index of `vn` or `vt` before the first element overflows in its bounds test.
@@ -33,20 +34,29 @@ pub struct CleanObj {
     pub first_small_face: usize,
 }
 
-/// The lines of a text with their numbers from 1, those that end in `\` joined with the next.
+/// The lines of a text with their numbers from 1, those that end in `\` joined with the next; comments are not joined,
+/// they may well end in a Windows path.
 pub fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut lines = text.lines().enumerate();
     std::iter::from_fn(move || {
         let (index, first) = lines.next()?;
-        let mut line = Cow::Borrowed(first.trim());
-        while let Some(start) = line.strip_suffix('\\') {
-            let Some((_, next)) = lines.next() else {
-                line = Cow::Owned(start.to_owned());
-                break;
-            };
-            line = Cow::Owned(format!("{start} {}", next.trim()));
+        let first = first.trim();
+        let Some(start) = first.strip_suffix('\\').filter(|start| !start.starts_with('#')) else {
+            return Some((index + 1, Cow::Borrowed(first)));
+        };
+        let mut joined = start.to_owned();
+        for (_, next) in lines.by_ref() {
+            let next = next.trim();
+            joined.push(' ');
+            match next.strip_suffix('\\') {
+                Some(more) => joined.push_str(more),
+                None => {
+                    joined.push_str(next);
+                    break;
+                }
+            }
         }
-        Some((index + 1, line))
+        Some((index + 1, Cow::Owned(joined)))
     })
 }
 
@@ -162,8 +172,8 @@ fn index_fault(word: &str, field: &str, element: &str, so_far: usize, total: usi
         return format!("face corner `{word}`: `{field}` is not a whole number");
     }
     format!(
-        "face corner `{word}`: there is no `{element}` number {field} (the file has {total}, {so_far} of them above this \
-         line; numbers start at 1, or at -1 counting back)"
+        "face corner `{word}`: there is no `{element}` number {field} (the file has {total}, {so_far} of them above \
+         this line; numbers start at 1, or at -1 counting back)"
     )
 }
 

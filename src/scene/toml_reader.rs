@@ -44,7 +44,7 @@ impl<'a> Document<'a> {
         let name = name.into();
         match value.get_ref() {
             DeValue::Table(entries) => Ok(Table { document: *self, name, span: value.span(), entries }),
-            DeValue::Array(items) if items.iter().all(|item| item.get_ref().is_table()) => {
+            DeValue::Array(items) if !items.is_empty() && items.iter().all(|item| item.get_ref().is_table()) => {
                 Err(self
                     .error(value.span(), format!("{name} may stand only once: write one table with single brackets")))
             }

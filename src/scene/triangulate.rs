@@ -1,8 +1,9 @@
 //! Polygons into triangles: always n - 2 of them, in a fixed order, so that triangle ids depend on the file alone.
 //!
 //! A polygon that its first corner sees as a whole (every convex one) becomes the fan about that corner. Any other is
-//! projected along its normal (Newell's sum of edge products) and cut ear by ear (Meisters 1975: a simple polygon always
-//! has an ear). A polygon that crosses itself or has no area has no right answer; it gets a fan, and the caller is told.
+//! projected along its normal (Newell's sum of edge products) and cut ear by ear (Meisters 1975: a simple polygon
+//! always has an ear). A polygon that crosses itself or has no area has no right answer; it gets a fan, and the caller
+//! is told.
 
 use glam::{DVec2, DVec3};
 
@@ -15,7 +16,7 @@ pub enum Cut {
     Crossing,
 }
 
-/// Ear tests one polygon may cost before it is given up as crossing itself: real polygons need a few thousand, and a
+/// Point tests one polygon may cost before it is given up as crossing itself: real polygons need a few thousand, and a
 /// hostile one of 100,000 corners must not take minutes.
 const TEST_BUDGET: usize = 50_000_000;
 
@@ -86,6 +87,7 @@ fn clip_ears(points: &[DVec2], triangles: &mut Vec<[u32; 3]>) -> Cut {
             fan(&ring, triangles);
             return Cut::Crossing;
         }
+        budget = budget.saturating_sub(1);
         let (before, here, after) = ((at + n - 1) % n, at % n, (at + 1) % n);
         if is_ear(points, &ring, [before, here, after], cut_flat, &mut budget) {
             triangles.push([ring[before], ring[here], ring[after]]);
@@ -102,9 +104,9 @@ fn clip_ears(points: &[DVec2], triangles: &mut Vec<[u32; 3]>) -> Cut {
     Cut::Tiled
 }
 
-/// Whether the corner at the middle of `corner` (places in `ring`) can be cut off: it turns outwards and no other vertex
-/// lies in its triangle. Vertices at the place of a corner do not count: polygons with a bridge to a hole visit such
-/// places twice.
+/// Whether the corner at the middle of `corner` (places in `ring`) can be cut off: it turns outwards and no other
+/// vertex lies in its triangle. Vertices at the place of a corner do not count: polygons with a bridge to a hole visit
+/// such places twice.
 fn is_ear(points: &[DVec2], ring: &[u32], corner: [usize; 3], cut_flat: bool, budget: &mut usize) -> bool {
     let [a, b, c] = corner.map(|place| points[ring[place] as usize]);
     let area = turn(a, b, c);

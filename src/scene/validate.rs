@@ -7,8 +7,8 @@ use glam::DVec3;
 /// The largest film side, in pixels.
 pub const MAX_FILM_SIDE: u32 = 65_535;
 
-/// Whether a triangle has no area, exactly: its corners lie on one line (judged in f64) or are not finite. Such triangles
-/// keep their number but are left out of the BVH and of the light table.
+/// Whether a triangle has no area, exactly: its corners lie on one line (judged in f64) or are not finite. Such
+/// triangles keep their number but are left out of the BVH and of the light table.
 pub fn is_degenerate(p: [[f32; 3]; 3]) -> bool {
     let [a, b, c] = p.map(|v| DVec3::from(v.map(f64::from)));
     let normal = (b - a).cross(c - a);

@@ -32,3 +32,92 @@ pub fn first_difference(a: &Film, b: &Film) -> Option<String> {
     let (x, y) = (i % a.width as usize, i / a.width as usize);
     Some(format!("pixel {x},{y}: {:?} and {:?}", a.pixels[i].sum, b.pixels[i].sum))
 }
+
+/// The exact strategies.
+pub fn exact_strategies() -> impl Iterator<Item = octray::Strategy> {
+    octray::Strategy::ALL.iter().copied().filter(|strategy| !strategy.is_biased())
+}
+
+/// Mean, its standard error and the effective sample count (sum x)^2 / sum x^2 of one channel over some pixels.
+pub struct Estimate {
+    pub mean: f64,
+    pub error: f64,
+    pub effective_samples: f64,
+}
+
+/// The estimate that the pixels of `film` in columns `x` and rows `y` make together.
+pub fn estimate(film: &Film, x: std::ops::Range<u32>, y: std::ops::Range<u32>, channel: usize) -> Estimate {
+    let (mut sum, mut squares, mut variance, mut pixels) = (0.0, 0.0, 0.0, 0.0);
+    let n = film.spp as f64;
+    for row in y {
+        for column in x.clone() {
+            let pixel = film.pixels[(row * film.width + column) as usize];
+            let (s, q) = (pixel.sum[channel], pixel.sum_squares[channel]);
+            sum += s;
+            squares += q;
+            // Pixel by pixel: differences between pixels are the picture, not noise.
+            variance += (q - s * s / n).max(0.0) / (n - 1.0) / n;
+            pixels += 1.0;
+        }
+    }
+    let mean = sum / (pixels * n);
+    let effective_samples = if squares > 0.0 { sum * sum / squares } else { f64::INFINITY };
+    Estimate { mean, error: variance.sqrt() / pixels, effective_samples }
+}
+
+/// A scene made in a test.
+#[derive(Default)]
+pub struct Maker {
+    pub desc: octray::scene::SceneDesc,
+}
+
+impl Maker {
+    /// A material; its index.
+    pub fn material(&mut self, scattering: octray::scene::desc::Scattering, emission: [f64; 3]) -> u32 {
+        let name = format!("m{}", self.desc.materials.len());
+        self.desc.materials.push(octray::scene::desc::MaterialDesc { name, scattering, emission });
+        self.desc.materials.len() as u32 - 1
+    }
+
+    /// A diffuse material; its index.
+    pub fn diffuse(&mut self, albedo: [f64; 3], emission: [f64; 3]) -> u32 {
+        self.material(octray::scene::desc::Scattering::Diffuse { albedo }, emission)
+    }
+
+    /// Two triangles; corners counter-clockwise seen from the front.
+    pub fn quad(&mut self, corners: [[f32; 3]; 4], material: u32) {
+        let first = self.desc.positions.len() as u32;
+        self.desc.positions.extend(corners);
+        for vertices in [[first, first + 1, first + 2], [first, first + 2, first + 3]] {
+            self.desc.triangles.push(octray::scene::desc::TriangleDesc { vertices, material, flipped: false });
+        }
+    }
+
+    /// The six sides of a box, fronts outwards or inwards.
+    pub fn cuboid(&mut self, [x0, y0, z0]: [f32; 3], [x1, y1, z1]: [f32; 3], inwards: bool, material: u32) {
+        let sides = [
+            [[x0, y0, z1], [x1, y0, z1], [x1, y1, z1], [x0, y1, z1]],
+            [[x1, y0, z0], [x0, y0, z0], [x0, y1, z0], [x1, y1, z0]],
+            [[x0, y0, z0], [x0, y0, z1], [x0, y1, z1], [x0, y1, z0]],
+            [[x1, y0, z1], [x1, y0, z0], [x1, y1, z0], [x1, y1, z1]],
+            [[x0, y1, z1], [x1, y1, z1], [x1, y1, z0], [x0, y1, z0]],
+            [[x0, y0, z0], [x1, y0, z0], [x1, y0, z1], [x0, y0, z1]],
+        ];
+        for [a, b, c, d] in sides {
+            self.quad(if inwards { [d, c, b, a] } else { [a, b, c, d] }, material);
+        }
+    }
+
+    /// Looks from `position` at `look_at` with a field of view of `fov` degrees; then ready.
+    pub fn seen(mut self, position: [f64; 3], look_at: [f64; 3], fov: f64) -> PreparedScene {
+        let up = if (position[0] - look_at[0]).abs() + (position[2] - look_at[2]).abs() < 1e-9 {
+            [0.0, 0.0, 1.0]
+        } else {
+            [0.0, 1.0, 0.0]
+        };
+        self.desc.camera = octray::scene::desc::CameraDesc { position, look_at, up, vertical_fov: fov };
+        self.desc.film = (4, 4);
+        self.desc.name = "a test's scene".into();
+        PreparedScene::new(&self.desc).unwrap_or_else(|error| panic!("{error}"))
+    }
+}

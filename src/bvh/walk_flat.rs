@@ -1,0 +1,295 @@
+//! Eight rays at a time through a list of leaves, no tree: for the smallest scenes.
+//!
+//! Eight rays after a bounce visit most leaves of a scene of a few dozen triangles anyway. What counts then is that a visit
+//! is cheap whatever the directions:
+//! - coordinates and bounds lie in one vector each; a permutation gives every lane the coordinate of its own dominant axis
+//!   and the bound on its own near side. The tree's packets go through a leaf once for every dominant axis;
+//! - a corner is sheared once for all triangles of its leaf: a box of 12 triangles has 8 of them, not 36;
+//! - triangles come by descending id, so that on equal `t` the later one is right;
+//! - whether a triangle is hit is not asked by a branch, which would be mispredicted half the time (17 to 25 %).
+
+use super::WalkCounters;
+use super::boxes::{ROUNDING, WIDENING, safe_inverse8};
+use super::ray::{HitPacket, RayPacket};
+use super::triangle::{Best, dominant_axis8, edges, sheared};
+use super::walk_packet::without_garbage;
+use crate::lanes::{F32x8, LANES, Mask8, U32x8};
+
+/// The most corners in a leaf.
+const CORNERS: usize = 32;
+/// What a visit of a leaf, a corner and a triangle take, roughly in cycles.
+const LEAF_COST: f32 = 12.0;
+const CORNER_COST: f32 = 4.0;
+const TRIANGLE_COST: f32 = 11.0;
+/// Beyond this a stream through the tree is faster; a room of 90 cubes, 1,100 triangles, takes as much.
+const MOST_COST: f32 = 3000.0;
+
+/// A leaf: its box, and where its corners and triangles are in the list.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+struct Leaf {
+    /// min x, max x, min y, max y, min z, max z.
+    bounds: [f32; LANES],
+    corners: std::ops::Range<u32>,
+    triangles: std::ops::Range<u32>,
+}
+
+/// A triangle: which corners of its leaf it has.
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    id: u32,
+    corners: [u8; 3],
+}
+
+/// The triangles of a small scene, in leaves.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Flat {
+    leaves: Vec<Leaf>,
+    /// x, y, z in the first three lanes.
+    corners: Vec<[f32; LANES]>,
+    triangles: Vec<Triangle>,
+}
+
+type Vertices = [[f32; 3]; 3];
+
+/// A leaf in the making.
+#[derive(Clone, Debug, Default)]
+struct Group {
+    corners: Vec<[f32; 3]>,
+    triangles: Vec<Triangle>,
+}
+
+impl Group {
+    /// Adds a triangle unless it has too many new corners.
+    fn add(&mut self, id: u32, vertices: Vertices) -> bool {
+        let before = self.corners.len();
+        let corners = vertices.map(|vertex| {
+            let known = self.corners.iter().position(|corner| corner.map(f32::to_bits) == vertex.map(f32::to_bits));
+            known.unwrap_or_else(|| {
+                self.corners.push(vertex);
+                self.corners.len() - 1
+            })
+        });
+        if self.corners.len() > CORNERS {
+            self.corners.truncate(before);
+            return false;
+        }
+        self.triangles.push(Triangle { id, corners: corners.map(|corner| corner as u8) });
+        true
+    }
+
+    fn bounds(&self) -> [[f32; 2]; 3] {
+        std::array::from_fn(|axis| {
+            let along =
+                |fold: fn(f32, f32) -> f32, from| self.corners.iter().map(|corner| corner[axis]).fold(from, fold);
+            [along(f32::min, f32::INFINITY), along(f32::max, f32::NEG_INFINITY)]
+        })
+    }
+
+    /// What eight unrelated rays spend on it in a scene of half surface `scene`.
+    fn cost(&self, scene: f32) -> f32 {
+        let miss = 1.0 - (half_area(self.bounds()) / scene).min(1.0);
+        let inside = self.corners.len() as f32 * CORNER_COST + self.triangles.len() as f32 * TRIANGLE_COST;
+        LEAF_COST + (1.0 - miss.powi(LANES as i32)) * inside
+    }
+}
+
+fn half_area(bounds: [[f32; 2]; 3]) -> f32 {
+    let [x, y, z] = bounds.map(|[min, max]| max - min);
+    x * y + y * z + z * x
+}
+
+impl Flat {
+    /// The list of `triangles`, ids descending, if eight unrelated rays get through it in less than [`MOST_COST`]. Leaves are runs of ids, files being written object by object; where one
+    /// ends and the next begins is chosen by dynamic programming.
+    pub(super) fn new(triangles: &[(u32, Vertices)]) -> Option<Self> {
+        let mut all = Group::default();
+        all.corners.extend(triangles.iter().flat_map(|triangle| triangle.1));
+        let scene = half_area(all.bounds()).max(f32::MIN_POSITIVE);
+        // `best[i]`: the least cost of triangles from i on, and the end of the first leaf.
+        let mut best = vec![(0.0, 0); triangles.len() + 1];
+        for first in (0..triangles.len()).rev() {
+            let mut group = Group::default();
+            best[first] = (f32::INFINITY, first + 1);
+            for (end, &(id, vertices)) in (first + 1..).zip(&triangles[first..]) {
+                if !group.add(id, vertices) {
+                    break;
+                }
+                let cost = group.cost(scene) + best[end].0;
+                if cost < best[first].0 {
+                    best[first] = (cost, end);
+                }
+            }
+        }
+        if best[0].0 > MOST_COST {
+            return None;
+        }
+        let mut flat = Self::default();
+        let mut first = 0;
+        while first < triangles.len() {
+            let mut group = Group::default();
+            for &(id, vertices) in &triangles[first..best[first].1] {
+                group.add(id, vertices);
+            }
+            first = best[first].1;
+            let [[x0, x1], [y0, y1], [z0, z1]] = group.bounds();
+            let (corners, triangles) = (flat.corners.len() as u32, flat.triangles.len() as u32);
+            flat.corners.extend(group.corners.iter().map(|&[x, y, z]| [x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]));
+            flat.triangles.extend(group.triangles);
+            flat.leaves.push(Leaf {
+                bounds: [x0, x1, y0, y1, z0, z1, 0.0, 0.0],
+                corners: corners..flat.corners.len() as u32,
+                triangles: triangles..flat.triangles.len() as u32,
+            });
+        }
+        Some(flat)
+    }
+
+    /// Bytes of the list.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.leaves[..]) + size_of_val(&self.corners[..]) + size_of_val(&self.triangles[..])
+    }
+}
+
+/// Eight rays, ready for the list.
+struct Rays {
+    origin: [F32x8; 3],
+    shear: [F32x8; 3],
+    axes: [U32x8; 3],
+    inverse: [F32x8; 3],
+    near_offset: [F32x8; 3],
+    far_offset: [F32x8; 3],
+    near_side: [U32x8; 3],
+    tmin: F32x8,
+    entry_min: F32x8,
+}
+
+impl Rays {
+    #[inline(always)]
+    fn new(rays: &RayPacket, extent: f32) -> Self {
+        let (o, d) = ([rays.origin.x, rays.origin.y, rays.origin.z], rays.direction);
+        let (is_x, is_y) = dominant_axis8(d);
+        let pick = |x: F32x8, y: F32x8, z: F32x8| is_x.select(x, is_y.select(y, z));
+        let index = |x, y, z| is_x.select_u32(U32x8::splat(x), is_y.select_u32(U32x8::splat(y), U32x8::splat(z)));
+        let dz = pick(d.x, d.y, d.z);
+        let d3 = [d.x, d.y, d.z];
+        let inverse = d3.map(safe_inverse8);
+        let widening: [F32x8; 3] =
+            std::array::from_fn(|k| F32x8::splat(ROUNDING) * ((o[k].abs() + F32x8::splat(extent)) * inverse[k].abs()));
+        Self {
+            origin: [pick(o[1], o[2], o[0]), pick(o[2], o[0], o[1]), pick(o[0], o[1], o[2])],
+            shear: [pick(d.y, d.z, d.x) / dz, pick(d.z, d.x, d.y) / dz, F32x8::ONE / dz],
+            axes: [index(1, 2, 0), index(2, 0, 1), index(0, 1, 2)],
+            inverse,
+            near_offset: std::array::from_fn(|k| o[k] * inverse[k] + widening[k]),
+            far_offset: std::array::from_fn(|k| o[k] * inverse[k] - widening[k]),
+            near_side: std::array::from_fn(|k| U32x8::splat(2 * k as u32) + (inverse[k].to_bits() >> 31)),
+            tmin: rays.tmin,
+            entry_min: rays.tmin.max(F32x8::ZERO),
+        }
+    }
+
+    /// Which rays hit the box of a leaf before `best_wide`.
+    #[inline(always)]
+    fn enter(&self, leaf: &Leaf, best_wide: F32x8) -> Mask8 {
+        let bounds = F32x8::from_array(leaf.bounds);
+        let near = |k: usize| bounds.permute(self.near_side[k]).loose_mul_sub(self.inverse[k], self.near_offset[k]);
+        let other = |k: usize| self.near_side[k] ^ U32x8::splat(1);
+        let far = |k: usize| bounds.permute(other(k)).loose_mul_sub(self.inverse[k], self.far_offset[k]);
+        let entry = near(0).max(near(1)).max(near(2).max(self.entry_min));
+        let exit = far(0).min(far(1)).min(far(2)) * F32x8::splat(WIDENING);
+        entry.le(exit.min(best_wide))
+    }
+
+    /// Shears the corners of a leaf.
+    #[inline(always)]
+    fn shear_corners(&self, flat: &Flat, leaf: &Leaf, sheared_corners: &mut [[F32x8; 3]; CORNERS]) {
+        let corners = &flat.corners[leaf.corners.start as usize..leaf.corners.end as usize];
+        for (to, corner) in sheared_corners.iter_mut().zip(corners) {
+            let corner = F32x8::from_array(*corner);
+            *to = sheared(std::array::from_fn(|k| corner.permute(self.axes[k]) - self.origin[k]), self.shear);
+        }
+    }
+}
+
+impl Leaf {
+    #[inline(always)]
+    fn triangles<'a>(&self, flat: &'a Flat) -> &'a [Triangle] {
+        &flat.triangles[self.triangles.start as usize..self.triangles.end as usize]
+    }
+}
+
+impl Triangle {
+    #[inline(always)]
+    fn corners(&self, sheared_corners: &[[F32x8; 3]; CORNERS]) -> [[F32x8; 3]; 3] {
+        // Not `map`, which is a call here.
+        let [a, b, c] = self.corners;
+        let corner = |corner: u8| sheared_corners[corner as usize % CORNERS];
+        [corner(a), corner(b), corner(c)]
+    }
+}
+
+/// Closest hits of eight rays.
+#[inline(always)]
+pub(super) fn closest(
+    flat: &Flat,
+    extent: f32,
+    given: &RayPacket,
+    active: Mask8,
+    counters: &mut WalkCounters,
+) -> HitPacket {
+    let mut best = Best::none(given.tmax);
+    if !active.any() {
+        return best.hits();
+    }
+    let packet = without_garbage(given, active);
+    let rays = Rays::new(&packet, extent);
+    best.t = packet.tmax;
+    let mut corners = [[F32x8::ZERO; 3]; CORNERS];
+    for leaf in &flat.leaves {
+        let live = rays.enter(leaf, best.t * F32x8::splat(WIDENING));
+        counters.lanes_used += live.count() as u64;
+        counters.lanes_possible += LANES as u64;
+        if live.any() {
+            rays.shear_corners(flat, leaf, &mut corners);
+            for triangle in leaf.triangles(flat) {
+                let edges = edges(triangle.corners(&corners));
+                best.update_descending(&edges, triangle.id, live, rays.tmin);
+            }
+        }
+    }
+    best.t = active.select(best.t, given.tmax);
+    best.hits()
+}
+
+/// Which of eight rays hit anything.
+#[inline(always)]
+pub(super) fn any(flat: &Flat, extent: f32, given: &RayPacket, active: Mask8, counters: &mut WalkCounters) -> Mask8 {
+    if !active.any() {
+        return Mask8::NONE;
+    }
+    let packet = without_garbage(given, active);
+    let rays = Rays::new(&packet, extent);
+    let best_wide = packet.tmax * F32x8::splat(WIDENING);
+    let mut open = active;
+    let mut corners = [[F32x8::ZERO; 3]; CORNERS];
+    for leaf in &flat.leaves {
+        let live = rays.enter(leaf, best_wide) & open;
+        counters.lanes_used += live.count() as u64;
+        counters.lanes_possible += LANES as u64;
+        if live.any() {
+            rays.shear_corners(flat, leaf, &mut corners);
+            let mut blocked = Mask8::NONE;
+            for triangle in leaf.triangles(flat) {
+                let edges = edges(triangle.corners(&corners));
+                let t = edges.t_scaled / edges.det;
+                blocked = blocked | ((edges.inside & t.gt(packet.tmin)) & t.le(packet.tmax));
+            }
+            open = open.and_not(blocked & live);
+            if !open.any() {
+                break;
+            }
+        }
+    }
+    active.and_not(open)
+}

@@ -1,0 +1,63 @@
+//! All exact strategies and light selections have the same expected picture.
+//!
+//! Per scene, each is compared with `mis-power` at four times the samples, block by block and channel by channel, by a
+//! z-test. The significance of the whole file is 0.1 % (Sidak): with about 2,000 comparisons |z| must stay below 5.1. A
+//! block counts if both sides have more than 30 effective samples, (sum x)^2 / sum x^2; below that a mean is not normal.
+
+mod common;
+
+use common::{SCENES, estimate, exact_strategies, prepared, small};
+use octray::{Lights, Settings, Strategy, render};
+
+const BLOCKS: u32 = 3;
+const SIDE: u32 = 24;
+const MOST_SIGMAS: f64 = 5.1;
+
+#[test]
+fn exact_strategies_agree_block_by_block() {
+    for path in SCENES {
+        let scene = prepared(path);
+        let base = Settings { max_depth: Some(4), threads: 0, ..small(SIDE, SIDE, 512) };
+        let reference = render(&scene, &Settings { spp: 2048, seed: 99, ..base.clone() }).film;
+        for strategy in exact_strategies() {
+            for &lights in Lights::ALL {
+                let film = render(&scene, &Settings { strategy, lights, seed: 1, ..base.clone() }).film;
+                let (mut compared, mut skipped) = (0, 0);
+                for block in 0..BLOCKS * BLOCKS {
+                    let size = SIDE / BLOCKS;
+                    let (x, y) = (block % BLOCKS * size, block / BLOCKS * size);
+                    for channel in 0..3 {
+                        let [a, b] = [&film, &reference].map(|f| estimate(f, x..x + size, y..y + size, channel));
+                        if a.mean == 0.0 && b.mean == 0.0 {
+                            continue;
+                        }
+                        if a.effective_samples < 30.0 || b.effective_samples < 30.0 {
+                            skipped += 1;
+                            continue;
+                        }
+                        compared += 1;
+                        // Where nothing is noisy, f32 rounding is what is left.
+                        let sigma = (a.error * a.error + b.error * b.error).sqrt() + 1e-6 * b.mean;
+                        let z = (a.mean - b.mean) / sigma;
+                        let what = format!("{path}, {strategy}, {lights}, block {x},{y}, channel {channel}");
+                        assert!(z.abs() < MOST_SIGMAS, "{what}: {} and {}, z = {z:.1}", a.mean, b.mean);
+                    }
+                }
+                assert!(compared > skipped, "{path}, {strategy}: {skipped} of {} blocks too noisy", compared + skipped);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_biased_strategies_differ() {
+    let scene = prepared("scenes/cornell.toml");
+    let base = small(SIDE, SIDE, 256);
+    let truth = render(&scene, &base).film.mean_radiance();
+    let sum = render(&scene, &Settings { strategy: Strategy::NeeSum, ..base.clone() }).film.mean_radiance();
+    let dark = render(&scene, &Settings { strategy: Strategy::NeeNoEmission, ..base }).film.mean_radiance();
+    for c in 0..3 {
+        assert!(sum[c] > 1.3 * truth[c], "nee-sum is far too bright: {sum:?} for {truth:?}");
+        assert!(dark[c] < 0.95 * truth[c], "nee-no-emission loses the lights: {dark:?} for {truth:?}");
+    }
+}

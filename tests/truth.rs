@@ -1,0 +1,206 @@
+//! Pictures against truths that are not ours: closed forms. Every statistical bound is 5 standard errors (a false alarm
+//! once in 1.7 million comparisons), and seeds are fixed, so a test that passes once passes always.
+
+mod common;
+
+use common::{Maker, estimate, exact_strategies, small};
+use glam::DVec3;
+use octray::scene::desc::{EnvironmentDesc, Scattering};
+use octray::{Engine, PreparedScene, Settings, Strategy, render};
+
+const SIGMAS: f64 = 5.0;
+
+/// Asserts that the mean of a picture is `truth` within its own noise, and that this noise is below `precision`.
+fn assert_mean(scene: &PreparedScene, settings: &Settings, truth: [f64; 3], precision: f64, what: &str) {
+    let film = render(scene, settings).film;
+    for channel in 0..3 {
+        let got = estimate(&film, 0..film.width, 0..film.height, channel);
+        // f32 arithmetic itself may be off by a few 1e-6.
+        let bound = SIGMAS * got.error + 1e-5 * truth[channel];
+        let difference = (got.mean - truth[channel]).abs();
+        assert!(difference <= bound, "{what}, channel {channel}: {} +- {}, truth {}", got.mean, got.error, truth[channel]);
+        assert!(bound <= precision * truth[channel].max(1e-3), "{what}: {bound} is too noisy to prove anything");
+    }
+}
+
+/// Irradiance at the origin of `corners - point` from a polygon of radiance 1: Lambert's formula (Lambert 1760; Arvo 1994).
+fn polygon_irradiance(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
+    let rays: Vec<DVec3> = corners.iter().map(|c| (*c - point).normalize()).collect();
+    let edge = |i: usize| {
+        let (a, b) = (rays[i], rays[(i + 1) % rays.len()]);
+        a.dot(b).clamp(-1.0, 1.0).acos() * a.cross(b).normalize().dot(normal)
+    };
+    (0.5 * (0..rays.len()).map(edge).sum::<f64>()).abs()
+}
+
+const ALBEDO: [f64; 3] = [0.75, 0.5, 0.25];
+const LIGHT: [[f32; 3]; 4] = [[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]];
+
+/// A floor at y = 0 under a square light at y = 1 that faces down, seen through a pinhole at one point of the floor.
+fn floor_under_light(at: [f64; 3]) -> PreparedScene {
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(ALBEDO, [0.0; 3]);
+    let light = maker.diffuse([0.0; 3], [1.0, 2.0, 4.0]);
+    maker.quad([[-20.0, 0.0, 20.0], [20.0, 0.0, 20.0], [20.0, 0.0, -20.0], [-20.0, 0.0, -20.0]], floor);
+    maker.quad(LIGHT, light);
+    maker.seen([at[0] + 6.0, 0.9, at[2] + 1.0], at, 1e-3)
+}
+
+fn floor_radiance(at: [f64; 3]) -> [f64; 3] {
+    let corners = LIGHT.map(|c| DVec3::from(c.map(f64::from)));
+    let irradiance = polygon_irradiance(DVec3::from(at), DVec3::Y, &corners);
+    std::array::from_fn(|c| ALBEDO[c] / std::f64::consts::PI * irradiance * [1.0, 2.0, 4.0][c])
+}
+
+#[test]
+fn lambert_polygon_irradiance_by_every_strategy() {
+    for at in [[0.0, 0.0, 0.0], [0.7, 0.0, 0.2], [2.0, 0.0, -1.0]] {
+        let (scene, truth) = (floor_under_light(at), floor_radiance(at));
+        for strategy in exact_strategies() {
+            for max_depth in [Some(1), None] {
+                let settings = Settings { strategy, max_depth, ..small(16, 16, 2048) };
+                assert_mean(&scene, &settings, truth, 0.06, &format!("{strategy} at {at:?}, depth {max_depth:?}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_biased_strategies_are_biased_as_the_lecture_says() {
+    let at = [0.7, 0.0, 0.2];
+    let (scene, truth) = (floor_under_light(at), floor_radiance(at));
+    let sum = Settings { strategy: Strategy::NeeSum, ..small(16, 16, 2048) };
+    assert_mean(&scene, &sum, truth.map(|t| 2.0 * t), 0.05, "nee-sum doubles direct light");
+    let no_emission = Settings { strategy: Strategy::NeeNoEmission, ..small(16, 16, 512) };
+    assert_mean(&scene, &no_emission, truth, 0.05, "nee-no-emission keeps direct light");
+
+    let mut maker = Maker::default();
+    let light = maker.diffuse([0.0; 3], [1.0, 2.0, 4.0]);
+    maker.quad(LIGHT, light);
+    let lamp = maker.seen([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], 10.0);
+    assert_eq!(render(&lamp, &no_emission).film.mean_radiance(), [0.0; 3], "nee-no-emission blackens lights");
+    for strategy in exact_strategies() {
+        let seen = render(&lamp, &Settings { strategy, ..small(4, 4, 4) }).film.mean_radiance();
+        assert_eq!(seen, [1.0, 2.0, 4.0], "{strategy}: a light is as bright as it is");
+    }
+    let behind = {
+        let mut maker = Maker::default();
+        let light = maker.diffuse([0.0; 3], [1.0, 2.0, 4.0]);
+        maker.quad(LIGHT, light);
+        maker.seen([0.0, 2.0, 0.0], [0.0, 1.0, 0.0], 10.0)
+    };
+    assert_eq!(render(&behind, &small(4, 4, 4)).film.mean_radiance(), [0.0; 3], "emission is one-sided");
+}
+
+#[test]
+fn a_tiny_light_follows_the_inverse_square_law() {
+    let mut maker = Maker::default();
+    let floor = maker.diffuse([0.5; 3], [0.0; 3]);
+    let light = maker.diffuse([0.0; 3], [1e6; 3]);
+    maker.quad([[-20.0, 0.0, 20.0], [20.0, 0.0, 20.0], [20.0, 0.0, -20.0], [-20.0, 0.0, -20.0]], floor);
+    let s = 5e-4;
+    maker.quad([[-s, 2.0, -s], [s, 2.0, -s], [s, 2.0, s], [-s, 2.0, s]], light);
+    let scene = maker.seen([5.0, 1.0, 0.0], [1.5, 0.0, 0.0], 1e-3);
+    let area = (2.0 * s as f64).powi(2);
+    let distance_squared: f64 = 2.0 * 2.0 + 1.5 * 1.5;
+    let cosine = 2.0 / distance_squared.sqrt();
+    let truth = 0.5 / std::f64::consts::PI * 1e6 * area * cosine * cosine / distance_squared;
+    for strategy in [Strategy::Nee, Strategy::MisBalance, Strategy::MisPower] {
+        let settings = Settings { strategy, max_depth: Some(1), ..small(8, 8, 256) };
+        assert_mean(&scene, &settings, [truth; 3], 2e-3, strategy.name());
+    }
+}
+
+/// A closed box whose walls emit 1 - albedo: radiance 1 everywhere, 1 - albedo^(N+1) after N events.
+fn furnace(albedo: [f64; 3]) -> PreparedScene {
+    let mut maker = Maker::default();
+    let wall = maker.diffuse(albedo, albedo.map(|a| 1.0 - a));
+    maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.5, 2.0], true, wall);
+    maker.seen([0.1, 0.2, 0.3], [0.5, 0.4, -1.0], 70.0)
+}
+
+#[test]
+fn the_furnace_has_the_radiance_of_its_series() {
+    let albedo = [0.25, 0.5, 0.75];
+    let scene = furnace(albedo);
+    for strategy in exact_strategies() {
+        for max_depth in [Some(0), Some(1), Some(2), Some(5), None] {
+            for rr_depth in [Some(1), Some(4), None] {
+                let settings = Settings { strategy, max_depth, rr_depth, ..small(16, 16, 64) };
+                let order = max_depth.map_or(f64::INFINITY, |n| n as f64 + 1.0);
+                let truth = albedo.map(|a: f64| 1.0 - a.powf(order));
+                let what = format!("{strategy}, depth {max_depth:?}, roulette {rr_depth:?}");
+                assert_mean(&scene, &settings, truth, 0.15, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mirror_in_the_furnace_is_invisible() {
+    let mut maker = Maker::default();
+    let wall = maker.diffuse([0.5; 3], [0.5; 3]);
+    let mirror = maker.material(Scattering::Mirror { reflectance: [1.0; 3] }, [0.0; 3]);
+    maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], true, wall);
+    maker.cuboid([-0.4, -0.4, -0.8], [0.1, 0.3, -0.5], false, mirror);
+    let scene = maker.seen([0.1, 0.2, 0.8], [-0.1, 0.0, -1.0], 50.0);
+    for strategy in exact_strategies() {
+        let settings = Settings { strategy, ..small(16, 16, 64) };
+        assert_mean(&scene, &settings, [1.0; 3], 0.1, strategy.name());
+    }
+}
+
+#[test]
+fn a_constant_environment_lights_a_convex_object_evenly() {
+    let mut maker = Maker::default();
+    let stone = maker.diffuse(ALBEDO, [0.0; 3]);
+    maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], false, stone);
+    maker.desc.environment = Some(EnvironmentDesc { radiance: [1.0, 2.0, 3.0] });
+    let scene = maker.seen([3.0, 2.5, 4.0], [0.3, 0.1, 0.2], 10.0);
+    let truth: [f64; 3] = std::array::from_fn(|c| ALBEDO[c] * [1.0, 2.0, 3.0][c]);
+    for strategy in exact_strategies() {
+        let settings = Settings { strategy, ..small(16, 16, 256) };
+        assert_mean(&scene, &settings, truth, 0.05, strategy.name());
+    }
+    // Light samples are drawn exactly in proportion to what they bring: no noise at all is left.
+    let film = render(&scene, &Settings { strategy: Strategy::Nee, ..small(8, 8, 64) }).film;
+    let spread = estimate(&film, 0..8, 0..8, 0);
+    assert!(spread.error < 1e-6 * spread.mean, "{} +- {}", spread.mean, spread.error);
+}
+
+#[test]
+fn an_environment_beside_a_light_adds_up() {
+    let at = [0.7, 0.0, 0.2];
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(ALBEDO, [0.0; 3]);
+    let light = maker.diffuse([0.0; 3], [1.0, 2.0, 4.0]);
+    maker.quad([[-9e3, 0.0, 9e3], [9e3, 0.0, 9e3], [9e3, 0.0, -9e3], [-9e3, 0.0, -9e3]], floor);
+    maker.quad(LIGHT, light);
+    maker.desc.environment = Some(EnvironmentDesc { radiance: [0.5; 3] });
+    let scene = maker.seen([at[0] + 6.0, 0.9, at[2] + 1.0], at, 1e-3);
+    let corners = LIGHT.map(|c| DVec3::from(c.map(f64::from)));
+    let irradiance = polygon_irradiance(DVec3::from(at), DVec3::Y, &corners);
+    // The light's dark back hides what it covers of the sky.
+    let sky = 0.5 * (std::f64::consts::PI - irradiance);
+    let truth = std::array::from_fn(|c| ALBEDO[c] / std::f64::consts::PI * (irradiance * [1.0, 2.0, 4.0][c] + sky));
+    for strategy in exact_strategies() {
+        for lights in [octray::Lights::Uniform, octray::Lights::Power] {
+            let settings = Settings { strategy, lights, max_depth: Some(1), ..small(16, 16, 1024) };
+            assert_mean(&scene, &settings, truth, 0.06, &format!("{strategy}, {lights}"));
+        }
+    }
+}
+
+#[test]
+fn a_path_without_end_meets_the_guard_in_both_engines() {
+    let mut maker = Maker::default();
+    let white = maker.diffuse([1.0; 3], [0.0; 3]);
+    maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], true, white);
+    let scene = maker.seen([0.0, 0.1, 0.2], [1.0, 0.3, 0.0], 60.0);
+    for engine in [Engine::Packet, Engine::Scalar] {
+        let settings = Settings { engine, ..small(1, 1, 1) };
+        assert_eq!(render(&scene, &settings).stats.guarded, 1, "{engine}");
+        let bounded = Settings { max_depth: Some(100), ..settings };
+        assert_eq!(render(&scene, &bounded).stats.guarded, 0, "{engine}: a depth that was asked for is no guard");
+    }
+}
