@@ -76,17 +76,26 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     found.iter().for_each(|warning| warn(warning));
     warnings.extend(found);
     // Every file is tried: one full disk must not cost the picture that fits elsewhere.
-    let saved = args.output.iter().map(|path| render.film.save(path));
-    let stats = args
-        .stats
-        .iter()
-        .map(|path| write_json(path, &Report::new(&prepared, &settings, (film, crop), &render, &warnings)));
-    let errors: Vec<Error> = saved.chain(stats).filter_map(Result::err).collect();
-    errors.iter().for_each(report);
-    if !args.quiet {
-        print(&summary(args, &settings, &render, errors.is_empty()))?;
+    let (mut written, mut complete) = (Vec::new(), render.stats.finished);
+    for path in &args.output {
+        match render.film.save(path) {
+            Ok(()) => written.push(path.display().to_string()),
+            Err(error) => {
+                report(&error);
+                complete = false;
+            }
+        }
     }
-    Ok(if errors.is_empty() && render.stats.finished { 0 } else { 1 })
+    if let Some(path) = &args.stats
+        && let Err(error) = write_json(path, &Report::new(&prepared, &settings, (film, crop), &render, &warnings))
+    {
+        report(&error);
+        complete = false;
+    }
+    if !args.quiet {
+        print(&summary(&settings, &render, &written))?;
+    }
+    Ok(if complete { 0 } else { 1 })
 }
 
 /// Everything that can be known about the outputs before the work starts.
@@ -154,13 +163,12 @@ fn findings(render: &Render) -> Vec<String> {
 }
 
 /// One line: what was rendered, how long it took, where it is.
-fn summary(args: &RenderArgs, settings: &Settings, render: &Render, complete: bool) -> String {
+fn summary(settings: &Settings, render: &Render, written: &[String]) -> String {
     let (film, stats) = (&render.film, &render.stats);
     let bias = if settings.strategy.is_biased() { " (biased)" } else { "" };
     let error = film.relative_error().map(|error| format!(", estimated error {:.2} %", error * 100.0));
-    let files: Vec<String> = args.output.iter().map(|path| path.display().to_string()).collect();
     format!(
-        "{} x {}, {} spp, {}{bias}, {:.2} s, {:.2} Mpaths/s{} -> {}{}\n",
+        "{} x {}, {} spp, {}{bias}, {:.2} s, {:.2} Mpaths/s{} -> {}\n",
         film.width,
         film.height,
         film.spp,
@@ -168,7 +176,6 @@ fn summary(args: &RenderArgs, settings: &Settings, render: &Render, complete: bo
         stats.render_s,
         stats.paths as f64 / stats.render_s.max(1e-9) * 1e-6,
         error.unwrap_or_default(),
-        files.join(", "),
-        if complete { "" } else { " (not all of them written)" },
+        if written.is_empty() { "nothing written".to_owned() } else { written.join(", ") },
     )
 }

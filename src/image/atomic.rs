@@ -46,11 +46,8 @@ impl Target {
     fn of(path: &Path) -> Result<Target> {
         // Links are followed so that the file they lead to is replaced, not the link.
         let real = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let directory = match real.parent() {
-            Some(parent) if parent.as_os_str().is_empty() => PathBuf::from("."),
-            Some(parent) => parent.to_owned(),
-            None => PathBuf::from("."),
-        };
+        let parent = real.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let directory = parent.unwrap_or(Path::new(".")).to_owned();
         match fs::metadata(&real) {
             Ok(found) if found.is_dir() => Err(refusal(path, "it is a directory; name a file in it")),
             Ok(found) if found.is_file() => Ok(Target::File { directory, existing: true, path: real }),
