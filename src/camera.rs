@@ -44,13 +44,8 @@ mod tests {
 
     #[test]
     fn corners_lie_where_the_field_of_view_says() {
-        let desc = CameraDesc {
-            position: [1.0, 2.0, 3.0],
-            look_at: [1.0, 2.0, 0.0],
-            up: [0.0, 1.0, 0.0],
-            vertical_fov: 90.0,
-            ..CameraDesc::default()
-        };
+        let desc =
+            CameraDesc { position: [1.0, 2.0, 3.0], look_at: [1.0, 2.0, 0.0], up: [0.0, 1.0, 0.0], vertical_fov: 90.0 };
         let camera = Camera::new(&desc, 20, 10);
         let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
         // Looking along -z with 90 degrees over the height: the top edge rises at 45 degrees; right is +x.

@@ -56,11 +56,7 @@ pub fn render(scene: &PreparedScene, settings: &Settings) -> Render {
 
 /// Renders and tells `progress` now and then how far it is; once that returns false, the render stops after the pass it is
 /// in and the picture holds the samples taken so far.
-pub fn render_with(
-    scene: &PreparedScene,
-    settings: &Settings,
-    progress: &(dyn Fn(Progress) -> bool + Sync),
-) -> Render {
+pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn Fn(Progress) -> bool + Sync)) -> Render {
     let setup = Setup::new(scene, settings);
     let plan = Plan::new(&setup);
     let spp = settings.spp.max(1);

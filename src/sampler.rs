@@ -78,7 +78,7 @@ pub fn random_words_x8(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U
     [x, y, z, w]
 }
 
-/// [`unit`] for eight words; same bits.
+/// [`unit()`] for eight words; same bits.
 #[inline(always)]
 pub fn unit_x8(word: U32x8) -> F32x8 {
     (word >> 8).to_f32() * F32x8::splat(1.0 / 16_777_216.0)

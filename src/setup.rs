@@ -34,8 +34,7 @@ impl<'a> Setup<'a> {
         let height = settings.height.unwrap_or(scene.film.1).clamp(1, 65_535);
         let crop = settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
         let (x, y) = (crop.x.min(width - 1), crop.y.min(height - 1));
-        let crop =
-            Crop { x, y, width: crop.width.clamp(1, width - x), height: crop.height.clamp(1, height - y) };
+        let crop = Crop { x, y, width: crop.width.clamp(1, width - x), height: crop.height.clamp(1, height - y) };
         Setup {
             scene,
             lights: LightTable::new(scene, settings.lights),

@@ -77,7 +77,10 @@ fn warps_have_the_same_bits_on_lanes() {
             let wanted = warp::sample_cosine_hemisphere(u);
             assert_eq!(lane3(cosine, lane), bits3(wanted));
             assert_eq!(lane3(uniform, lane), bits3(warp::sample_uniform_hemisphere(u)));
-            assert_eq!(triangle.map(|w| w.to_array()[lane].to_bits()), warp::sample_uniform_triangle(u).map(f32::to_bits));
+            assert_eq!(
+                triangle.map(|w| w.to_array()[lane].to_bits()),
+                warp::sample_uniform_triangle(u).map(f32::to_bits)
+            );
             let direction = warp::to_world(wanted, Vec3::from(n[lane]));
             assert_eq!(lane3(world, lane), bits3(direction));
             assert!((direction.length() - 1.0).abs() < 2e-6 && direction.dot(Vec3::from(n[lane])) > 0.0);
@@ -132,13 +135,8 @@ fn surface_points_have_the_same_bits_whatever_idle_lanes_hold() {
         let poisoned = |c: usize| {
             F32x8::from_array(std::array::from_fn(|lane| if live(lane) { uv[lane][c] * 0.5 } else { f32::INFINITY }))
         };
-        let points = surface_x8::surface_points(
-            &records,
-            U32x8::from_array(id),
-            poisoned(0),
-            poisoned(1),
-            lanes3(direction),
-        );
+        let points =
+            surface_x8::surface_points(&records, U32x8::from_array(id), poisoned(0), poisoned(1), lanes3(direction));
         for lane in (0..LANES).filter(|&lane| live(lane)) {
             let (u, v) = (uv[lane][0] * 0.5, uv[lane][1] * 0.5);
             let wanted = surface::surface_point(&records[id[lane] as usize], u, v, Vec3::from(direction[lane]));

@@ -91,7 +91,13 @@ fn min_and_max_are_the_one_definition_to_the_bit() {
         for lane in 0..LANES {
             // Even a NaN's payload comes from one of the arguments, so bits must agree.
             assert_eq!(low[lane].to_bits(), math::min(a[lane], b[lane]).to_bits(), "min({:e}, {:e})", a[lane], b[lane]);
-            assert_eq!(high[lane].to_bits(), math::max(a[lane], b[lane]).to_bits(), "max({:e}, {:e})", a[lane], b[lane]);
+            assert_eq!(
+                high[lane].to_bits(),
+                math::max(a[lane], b[lane]).to_bits(),
+                "max({:e}, {:e})",
+                a[lane],
+                b[lane]
+            );
         }
     }
 }
@@ -118,7 +124,7 @@ fn integers_wrap_as_scalars_do() {
         check("add", va + vb, &|a, b| a.wrapping_add(b));
         check("sub", va - vb, &|a, b| a.wrapping_sub(b));
         check("mul", va * vb, &|a, b| a.wrapping_mul(b));
-        check("high", va.multiply_high(vb), &|a, b| (a as u64 * b as u64 >> 32) as u32);
+        check("high", va.multiply_high(vb), &|a, b| ((a as u64 * b as u64) >> 32) as u32);
         check("and", va & vb, &|a, b| a & b);
         check("or", va | vb, &|a, b| a | b);
         check("xor", va ^ vb, &|a, b| a ^ b);
@@ -135,7 +141,10 @@ fn conversions_are_exact_where_they_promise_to_be() {
         let integers: [u32; LANES] = std::array::from_fn(|lane| base + lane as u32);
         let floats = U32x8::from_array(integers).to_f32();
         assert_eq!(floats.to_array(), integers.map(|i| i as f32));
-        assert_eq!(U32x8::from_f32(floats + F32x8::splat(0.25)).to_array(), (floats.to_array()).map(|f| (f + 0.25) as u32));
+        assert_eq!(
+            U32x8::from_f32(floats + F32x8::splat(0.25)).to_array(),
+            (floats.to_array()).map(|f| (f + 0.25) as u32)
+        );
     }
 }
 
@@ -151,8 +160,8 @@ fn masks_compress_and_select_for_all_256_patterns() {
         let wanted: Vec<f32> = (0..LANES).filter(|lane| bits >> lane & 1 == 1).map(|lane| values[lane]).collect();
         assert_eq!(F32x8::from_array(values).compress(bits).to_array()[..wanted.len()], wanted);
         let selected = mask.select(F32x8::from_array(values), poison).to_array();
-        for lane in 0..LANES {
-            assert_eq!(selected[lane].is_nan(), bits >> lane & 1 == 0);
+        for (lane, value) in selected.into_iter().enumerate() {
+            assert_eq!(value.is_nan(), bits >> lane & 1 == 0);
         }
     }
     for count in 0..=LANES {
@@ -197,10 +206,10 @@ fn sine_and_cosine_have_the_bits_of_the_scalar_polynomial() {
     for first in (0..=1_000_000u32).step_by(LANES) {
         let turns: [f32; LANES] = std::array::from_fn(|lane| ((first + lane as u32) as f32 / 1e6).min(1.0));
         let (s, c) = sin_cos_turns(F32x8::from_array(turns));
-        for lane in 0..LANES {
-            let (sine, cosine) = math::sin_cos_turns(turns[lane]);
-            assert!(s.to_array()[lane].to_bits() == sine.to_bits(), "sin({})", turns[lane]);
-            assert!(c.to_array()[lane].to_bits() == cosine.to_bits(), "cos({})", turns[lane]);
+        for (lane, &turns) in turns.iter().enumerate() {
+            let (sine, cosine) = math::sin_cos_turns(turns);
+            assert!(s.to_array()[lane].to_bits() == sine.to_bits(), "sin({turns})");
+            assert!(c.to_array()[lane].to_bits() == cosine.to_bits(), "cos({turns})");
         }
     }
 }

@@ -13,13 +13,13 @@ const SIGMAS: f64 = 5.0;
 /// Asserts that the mean of a picture is `truth` within its own noise, and that this noise is below `precision`.
 fn assert_mean(scene: &PreparedScene, settings: &Settings, truth: [f64; 3], precision: f64, what: &str) {
     let film = render(scene, settings).film;
-    for channel in 0..3 {
+    for (channel, truth) in truth.into_iter().enumerate() {
         let got = estimate(&film, 0..film.width, 0..film.height, channel);
         // f32 arithmetic itself may be off by a few 1e-6.
-        let bound = SIGMAS * got.error + 1e-5 * truth[channel];
-        let difference = (got.mean - truth[channel]).abs();
-        assert!(difference <= bound, "{what}, channel {channel}: {} +- {}, truth {}", got.mean, got.error, truth[channel]);
-        assert!(bound <= precision * truth[channel].max(1e-3), "{what}: {bound} is too noisy to prove anything");
+        let bound = SIGMAS * got.error + 1e-5 * truth;
+        let difference = (got.mean - truth).abs();
+        assert!(difference <= bound, "{what}, channel {channel}: {} +- {}, truth {}", got.mean, got.error, truth);
+        assert!(bound <= precision * truth.max(1e-3), "{what}: {bound} is too noisy to prove anything");
     }
 }
 

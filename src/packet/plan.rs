@@ -2,7 +2,7 @@
 //!
 //! **Invariant:** a stage that is not needed is not in the list, is never called, and its queue holds no memory.
 
-use super::counters::{Counters, Stage};
+use super::counters::Stage;
 use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
 use crate::bvh::RayKind;
@@ -29,7 +29,7 @@ pub struct LeftOut {
 }
 
 /// A surface stage, monomorphised for one strategy.
-pub type SurfaceStage = fn(&Setup, &Plan, &mut TileState, &mut Counters, u32);
+pub type SurfaceStage = fn(&Setup, &Plan, &mut TileState, u32);
 
 /// What a render runs, in order, and what it leaves out.
 pub struct Plan {

@@ -16,7 +16,8 @@ pub fn shade_emitter(setup: &Setup, plan: &Plan, state: &mut TileState) {
         let gather = |column: &[f32]| F32x8::gather(column, row);
         let direction = Vec3x8::new(gather(&paths.rays.dx), gather(&paths.rays.dy), gather(&paths.rays.dz));
         // Idle lanes repeat row 0, which need not have hit an emitter: any light will do for them.
-        let triangle = gather_records(&setup.scene.triangles, active.select_u32(U32x8::gather(&hits.triangle, row), U32x8::ZERO));
+        let triangle =
+            gather_records(&setup.scene.triangles, active.select_u32(U32x8::gather(&hits.triangle, row), U32x8::ZERO));
         let light = active.select_u32(triangle[13].to_bits(), U32x8::ZERO);
         let normal = Vec3x8::new(triangle[9], triangle[10], triangle[11]);
         let front = normal.dot(direction).lt(F32x8::ZERO);

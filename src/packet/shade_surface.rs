@@ -1,15 +1,12 @@
 //! Stages: surfaces, one queue and one stage a material kind. Each draws a light sample (whose contribution is finished
 //! here and goes to the shadow queue), then the direction to go on in, then plays roulette.
 
-use super::counters::Counters;
 use super::light::sample_lights;
+use super::mis;
 use super::plan::Plan;
 use super::state::{COUNTS_ONE, COUNTS_ZERO, PathQueue, ShadowQueue, Slots, SurfaceQueue, TileState, append_rays};
 use super::surface::{SurfacePoints, surface_points};
-use super::warp::{
-    cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_hemisphere, to_world,
-};
-use super::mis;
+use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_hemisphere, to_world};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::sampler::{bsdf_block, light_block, random_words_x8, unit_x8};
 use crate::scene::prepare::MaterialRecord;
@@ -51,13 +48,7 @@ fn colors(materials: &[MaterialRecord], material: U32x8) -> Vec3x8 {
 }
 
 /// Diffuse surfaces, for the strategy with number `STRATEGY`; `event` events lie before this one.
-pub fn shade_diffuse<const STRATEGY: u8>(
-    setup: &Setup,
-    plan: &Plan,
-    state: &mut TileState,
-    _counters: &mut Counters,
-    event: u32,
-) {
+pub fn shade_diffuse<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut TileState, event: u32) {
     let strategy = Strategy::ALL[STRATEGY as usize];
     let TileState { diffuse, next, shadow, slots, .. } = state;
     let bounces = event + 1 < setup.max_depth || plan.last_diffuse_counts;
@@ -96,13 +87,7 @@ pub fn shade_diffuse<const STRATEGY: u8>(
 }
 
 /// Mirrors: the one possible direction. After it light sampling could not have worked, so the next hit counts 1.
-pub fn shade_mirror<const STRATEGY: u8>(
-    setup: &Setup,
-    plan: &Plan,
-    state: &mut TileState,
-    _counters: &mut Counters,
-    event: u32,
-) {
+pub fn shade_mirror<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut TileState, event: u32) {
     let TileState { mirror, next, slots, .. } = state;
     if event + 1 == setup.max_depth && !plan.last_delta_counts {
         return;

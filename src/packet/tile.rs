@@ -47,11 +47,11 @@ pub fn trace_paths(setup: &Setup, plan: &Plan, state: &mut TileState, counters: 
         state.next.len = 0;
         state.shadow.len = 0;
         if plan.needs.diffuse {
-            (plan.shade_diffuse)(setup, plan, state, counters, depth);
+            (plan.shade_diffuse)(setup, plan, state, depth);
             clock = counters.note(Stage::ShadeDiffuse, state.diffuse.len, clock);
         }
         if plan.needs.mirror {
-            (plan.shade_mirror)(setup, plan, state, counters, depth);
+            (plan.shade_mirror)(setup, plan, state, depth);
             clock = counters.note(Stage::ShadeMirror, state.mirror.len, clock);
         }
         if plan.needs.shadow {

@@ -37,12 +37,7 @@ enum Previous {
 }
 
 /// Follows sample `sample` of pixel (`x`, `y`); `record` is told every step.
-pub fn trace_path(
-    setup: &Setup,
-    (x, y): (u32, u32),
-    sample: u32,
-    record: &mut impl FnMut(TraceVertex),
-) -> PathResult {
+pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut impl FnMut(TraceVertex)) -> PathResult {
     let pixel = crate::sampler::pixel_address(x, y);
     let numbers = |block: u32| random_words(pixel, sample, block, setup.seed);
     let scene = setup.scene;

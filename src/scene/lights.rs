@@ -89,12 +89,7 @@ impl LightTable {
             (_, Lights::Uniform) => Selection::Uniform,
             (_, Lights::Power) => Selection::Alias(alias_table(&weights, total)),
         };
-        LightTable {
-            records: records.collect(),
-            selection,
-            environment: scene.environment,
-            environment_probability,
-        }
+        LightTable { records: records.collect(), selection, environment: scene.environment, environment_probability }
     }
 
     /// Whether there is anything to sample.
@@ -166,4 +161,3 @@ pub fn selection_name(table: &LightTable) -> &'static str {
         Selection::Alias(_) => "power (alias table)",
     }
 }
-

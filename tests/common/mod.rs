@@ -27,7 +27,8 @@ pub fn first_difference(a: &Film, b: &Film) -> Option<String> {
     assert_eq!((a.width, a.height, a.spp), (b.width, b.height, b.spp));
     let bits = |v: [f64; 3]| v.map(f64::to_bits);
     let differs = |i: &usize| {
-        bits(a.pixels[*i].sum) != bits(b.pixels[*i].sum) || bits(a.pixels[*i].sum_squares) != bits(b.pixels[*i].sum_squares)
+        bits(a.pixels[*i].sum) != bits(b.pixels[*i].sum)
+            || bits(a.pixels[*i].sum_squares) != bits(b.pixels[*i].sum_squares)
     };
     let i = (0..a.pixels.len()).find(differs)?;
     let (x, y) = (i % a.width as usize, i / a.width as usize);
