@@ -35,7 +35,7 @@
 //! | [`scene`] | files to [`scene::SceneDesc`] to [`PreparedScene`]; the light table |
 //! | [`bvh`] | tree of eight children a node, and the walks through it; all give the same bits |
 //! | [`packet`] | the fast engine: SoA queues, stages over eight lanes, the plan |
-//! | [`reference`] | the plain engine: one path at a time, compiled for `f32` and for `f64` |
+//! | [`mod@reference`] | the plain engine: one path at a time, compiled for `f32` and for `f64` |
 //! | [`mod@render`] | threads over tiles, passes over samples; which engine |
 //! | [`setup`] | one render, resolved: what both engines are told |
 //! | [`sampler`] | (pixel, sample, block, seed) to random numbers, for one path and for eight |
