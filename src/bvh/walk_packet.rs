@@ -245,7 +245,7 @@ pub(super) fn any(
             };
             while children != 0 {
                 // The first child, the largest, is pushed last and visited first.
-                let child = 31 - children.leading_zeros() as usize & 7;
+                let child = children.ilog2() as usize & 7;
                 children &= !(1 << child);
                 let hit = match &interval {
                     Some(interval) => boxes.test_octant(interval, &node.bounds, child, best_wide),
