@@ -12,7 +12,7 @@ use super::WalkCounters;
 use super::boxes::{ROUNDING, WIDENING, safe_inverse8};
 use super::ray::{HitPacket, RayPacket};
 use super::triangle::{Best, dominant_axis8, edges, sheared};
-use super::walk_packet::without_garbage;
+use super::walk_packet::{finite, without_garbage};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// The most corners in a leaf.
@@ -239,6 +239,7 @@ pub(super) fn closest(
     counters: &mut WalkCounters,
 ) -> HitPacket {
     let mut best = Best::none(given.tmax);
+    let active = active & finite(given);
     if !active.any() {
         return best.hits();
     }
@@ -265,6 +266,7 @@ pub(super) fn closest(
 /// Which of eight rays hit anything.
 #[inline(always)]
 pub(super) fn any(flat: &Flat, extent: f32, given: &RayPacket, active: Mask8, counters: &mut WalkCounters) -> Mask8 {
+    let active = active & finite(given);
     if !active.any() {
         return Mask8::NONE;
     }

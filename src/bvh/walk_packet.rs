@@ -31,6 +31,15 @@ impl PacketStack {
     }
 }
 
+/// The rays that are made of numbers. Others hit nothing, in any walk; in a packet they would spoil what is worked out for
+/// all its rays at once.
+#[inline(always)]
+pub(super) fn finite(rays: &RayPacket) -> Mask8 {
+    let (o, d) = (rays.origin.scale(F32x8::ZERO), rays.direction.scale(F32x8::ZERO));
+    let nothing = ((o.x + o.y) + (o.z + d.x)) + (d.y + d.z);
+    nothing.eq(F32x8::ZERO) & rays.tmin.eq(rays.tmin) & rays.tmax.eq(rays.tmax)
+}
+
 /// Eight rays of which the idle ones are copies of a live one and hit nothing.
 #[inline(always)]
 pub(super) fn without_garbage(rays: &RayPacket, active: Mask8) -> RayPacket {
@@ -85,6 +94,7 @@ pub(super) fn closest(
     counters: &mut WalkCounters,
 ) -> HitPacket {
     let mut best = Best::none(given.tmax);
+    let active = active & finite(given);
     if !active.any() {
         return best.hits();
     }
@@ -189,6 +199,7 @@ pub(super) fn any(
     single: &mut Stack,
     counters: &mut WalkCounters,
 ) -> Mask8 {
+    let active = active & finite(given);
     if !active.any() {
         return Mask8::NONE;
     }
