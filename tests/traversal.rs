@@ -529,24 +529,62 @@ fn all_masks_with_poisoned_idle_lanes() {
 }
 
 #[test]
-fn rays_of_nonsense_end() {
+fn rays_of_nonsense_end_and_spoil_no_neighbour() {
     let values = [0.0, -0.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN_POSITIVE, 1e-45];
     let mut random = Random(14);
     for scene in [room(), soup(3_000, 0.1, 15), soup(0, 1.0, 0)] {
         let bvh = scene.bvh();
-        let list: Vec<Ray> = (0..4_000)
-            .map(|_| {
-                let mut pick = || if random.below(2) == 0 { values[random.below(8)] } else { random.unit() };
-                Ray { o: [pick(), pick(), pick()], d: [pick(), pick(), pick()], tmin: pick(), tmax: pick() }
-            })
-            .collect();
+        let mut list = rays(&scene, 4_000, 18);
+        let good: Vec<bool> = list.iter().map(|_| random.below(2) == 0).collect();
+        for (ray, _) in list.iter_mut().zip(&good).filter(|(_, good)| !**good) {
+            let mut pick = || if random.below(2) == 0 { values[random.below(8)] } else { random.unit() };
+            *ray = Ray { o: [pick(), pick(), pick()], d: [pick(), pick(), pick()], tmin: pick(), tmax: pick() };
+        }
         let queue = queue(&list);
+        let expected: Vec<Hit> = list.iter().map(|ray| scene.brute_force(ray)).collect();
         for walk in bvh.walks() {
             let (mut hits, mut blocked) = (HitQueue::with_len(list.len()), vec![]);
             let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());
             bvh.intersect_by(walk, &queue, 0..list.len(), &mut hits, &mut scratch, &mut counters);
             bvh.occluded_by(walk, &queue, 0..list.len(), &mut blocked, &mut scratch, &mut counters);
+            for (i, ray) in list.iter().enumerate() {
+                let numbers = ray.o.iter().chain(&ray.d).all(|x| x.is_finite())
+                    && ![ray.tmin, ray.tmax].iter().any(|x| x.is_nan());
+                if good[i] {
+                    assert_eq!(bits(row(&hits, i)), bits(expected[i]), "{} {walk:?} ray {i}", scene.name);
+                } else if !numbers {
+                    assert_eq!((hits.triangle[i], hits.t[i].to_bits()), (NO_HIT, ray.tmax.to_bits()), "{walk:?}");
+                    assert_eq!(blocked[i / 8] >> (i % 8) & 1, 0, "{walk:?}");
+                }
+            }
         }
+    }
+}
+
+#[test]
+fn real_meshes() {
+    for file in ["cornell/CornellBox-Original.obj", "meshes/suzanne.obj", "meshes/teapot.obj"] {
+        let path = std::path::Path::new("../shared/scenes/obj").join(file);
+        let Ok(text) = std::fs::read_to_string(&path) else {
+            eprintln!("skipped: {} is not there", path.display());
+            continue;
+        };
+        let mut scene = Scene::new(file, vec![], vec![]);
+        for line in text.lines() {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            if words.first() == Some(&"v") {
+                scene.positions.push([1, 2, 3].map(|k| words[k].parse().unwrap()));
+            } else if words.first() == Some(&"f") {
+                let count = scene.positions.len() as i64;
+                let index = |word: &&str| {
+                    let i: i64 = word.split('/').next().unwrap().parse().unwrap();
+                    if i < 0 { (count + i) as u32 } else { i as u32 - 1 }
+                };
+                let corners: Vec<u32> = words[1..].iter().map(index).collect();
+                scene.triangles.extend((2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]]));
+            }
+        }
+        check(&scene, if scene.triangles.len() < 100 { 20_000 } else { 4_000 });
     }
 }
 
