@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use super::counters::{Counters, Stage};
-use super::generate_camera_rays::generate_camera_rays;
 use super::plan::Plan;
 use super::shade_emitter::shade_emitter;
 use super::shade_miss::shade_miss;
@@ -17,7 +16,7 @@ use crate::setup::Setup;
 /// Follows the paths in `state.slots` (pixel and sample set, radiance 0) to their ends; their radiance is then in the slots.
 pub fn trace_paths(setup: &Setup, plan: &Plan, state: &mut TileState, counters: &mut Counters) {
     let mut clock = Instant::now();
-    generate_camera_rays(setup, state);
+    (plan.generate_camera_rays)(setup, state);
     clock = counters.note(Stage::GenerateCameraRays, state.slots.len, clock);
     counters.paths += state.slots.len as u64;
 
