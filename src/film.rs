@@ -100,22 +100,58 @@ impl Film {
     /// [`Film::relative_error`] and the standard error of that figure. The latter comes from the spread of the variance
     /// over pixels, which holds true differences between pixels too, so it errs on the large side.
     pub fn relative_error_estimate(&self) -> Option<(f64, f64)> {
-        if self.spp < 2 {
-            return None;
+        ErrorSums::of(&self.pixels, self.spp).estimate()
+    }
+
+    fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[y as usize * self.width as usize + x as usize]
+    }
+}
+
+/// What the error estimate needs of some pixels with equally many samples.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ErrorSums {
+    /// Pixels counted.
+    pixels: f64,
+    /// Sum of the variances of the pixels' means, channels averaged.
+    variance: f64,
+    /// Sum of the squares of those variances.
+    variance_squares: f64,
+    /// Sum of the pixels' means, channels averaged.
+    mean: f64,
+}
+
+impl ErrorSums {
+    /// Of `pixels`, which hold `spp` samples each; nothing is known below two samples.
+    pub fn of(pixels: &[Pixel], spp: u32) -> ErrorSums {
+        let mut sums = ErrorSums::default();
+        if spp < 2 {
+            return sums;
         }
-        let (n, count) = (self.spp as f64, self.pixels.len() as f64);
-        let (mut variance, mut variance_squares, mut mean) = (0.0, 0.0, 0.0);
-        for pixel in &self.pixels {
-            let of_channel = |c: usize| {
-                let deviations = pixel.sum_squares[c] - pixel.sum[c] * pixel.sum[c] / n;
-                deviations.max(0.0) / (n - 1.0) / n
-            };
-            let of_pixel = (of_channel(0) + of_channel(1) + of_channel(2)) / 3.0;
-            variance += of_pixel;
-            variance_squares += of_pixel * of_pixel;
-            mean += pixel.sum.iter().sum::<f64>() / (3.0 * n);
+        let n = spp as f64;
+        for pixel in pixels {
+            let deviations = |c: usize| (pixel.sum_squares[c] - pixel.sum[c] * pixel.sum[c] / n).max(0.0);
+            let variance = (deviations(0) + deviations(1) + deviations(2)) / (3.0 * n * (n - 1.0));
+            sums.variance += variance;
+            sums.variance_squares += variance * variance;
+            sums.mean += pixel.sum.iter().sum::<f64>() / (3.0 * n);
         }
-        if mean <= 0.0 {
+        sums.pixels = pixels.len() as f64;
+        sums
+    }
+
+    /// Adds other pixels.
+    pub fn add(&mut self, other: &ErrorSums) {
+        self.pixels += other.pixels;
+        self.variance += other.variance;
+        self.variance_squares += other.variance_squares;
+        self.mean += other.mean;
+    }
+
+    /// The relative error of all these pixels and its standard error, as [`Film::relative_error_estimate`] defines them.
+    pub fn estimate(&self) -> Option<(f64, f64)> {
+        let ErrorSums { pixels: count, variance, variance_squares, mean } = *self;
+        if mean.is_nan() || mean <= 0.0 {
             return None;
         }
         let error = (variance / count).sqrt() / (mean / count);
@@ -123,10 +159,6 @@ impl Film {
         let spread = (variance_squares - variance * variance / count).max(0.0) / (count - 1.0).max(1.0);
         let of_variance = (spread / count).sqrt() / (variance / count);
         Some((error, if variance > 0.0 { 0.5 * error * of_variance } else { 0.0 }))
-    }
-
-    fn pixel(&self, x: u32, y: u32) -> &Pixel {
-        &self.pixels[y as usize * self.width as usize + x as usize]
     }
 }
 

@@ -86,6 +86,7 @@ pub mod scene;
 pub mod settings;
 pub mod setup;
 pub mod stats;
+pub mod trace;
 
 pub use error::{Error, Result};
 pub use film::Film;

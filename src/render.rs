@@ -8,17 +8,18 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::clock::Stopwatch;
-use crate::film::{Film, NonFinite, Pixel};
+use crate::film::{ErrorSums, Film, NonFinite, Pixel};
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
 use crate::packet::state::TileState;
 use crate::packet::tile::trace_paths;
-use crate::reference::{TraceVertex, single};
+use crate::reference::single;
 use crate::sampler::pixel_address;
 use crate::scene::PreparedScene;
 use crate::settings::{Crop, Engine, Settings};
 use crate::setup::Setup;
 pub use crate::stats::{RayCounts, StageStats, Stats};
+use crate::trace::TraceVertex;
 
 /// Paths a packet tile follows at once: their queues (about 250 bytes a path) stay in a core's L2 cache.
 pub const PATHS_AT_ONCE: usize = 2048;
@@ -47,6 +48,9 @@ pub struct Progress {
     pub total: u64,
     /// Wall seconds since the start.
     pub seconds: f64,
+    /// The picture's estimated relative error ([`Film::relative_error`]) after the last whole pass; `None` before there are
+    /// two samples in every pixel, and for a black picture.
+    pub relative_error: Option<f64>,
 }
 
 /// Renders `scene` as `settings` say. See [`render_with`].
@@ -70,6 +74,7 @@ pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn F
         tiles,
         next_tile: AtomicUsize::new(0),
         samples: AtomicU64::new(0),
+        relative_error: AtomicU64::new(f64::NAN.to_bits()),
         stop: AtomicBool::new(false),
         watch,
         total: spp as u64 * setup.crop.width as u64 * setup.crop.height as u64,
@@ -85,6 +90,7 @@ pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn F
         let pass = pass_length(done, spp, seconds, settings.time);
         job.run_pass(&mut workers, done..done + pass);
         done += pass;
+        job.note_error();
     }
     let (render_s, cpu_s) = (watch.wall_seconds(), watch.cpu_seconds());
     finish(&job, &workers, settings, done, Stats { threads, render_s, cpu_s, ..Stats::default() })
@@ -117,6 +123,8 @@ struct Tile {
     area: Crop,
     pixels: Vec<Pixel>,
     nonfinite: Vec<(u32, u32, u32)>,
+    /// For the error estimate after this pass.
+    error: ErrorSums,
 }
 
 /// Tiles small enough that a pass over one fills, and does not overflow, the packet engine's queues.
@@ -133,7 +141,7 @@ fn cut_into_tiles(crop: Crop, pass_spp: u32) -> Vec<Mutex<Tile>> {
             let (w, h) = ((crop.width - x).min(width as u32), (crop.height - y).min(height as u32));
             let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
             let pixels = vec![Pixel::default(); (w * h) as usize];
-            tiles.push(Mutex::new(Tile { area, pixels, nonfinite: Vec::new() }));
+            tiles.push(Mutex::new(Tile { area, pixels, nonfinite: Vec::new(), error: ErrorSums::default() }));
         }
     }
     tiles
@@ -147,6 +155,8 @@ struct Job<'a> {
     tiles: Vec<Mutex<Tile>>,
     next_tile: AtomicUsize,
     samples: AtomicU64,
+    /// Bits of the estimate after the last pass, NaN before there is one.
+    relative_error: AtomicU64,
     stop: AtomicBool,
     watch: Stopwatch,
     total: u64,
@@ -191,13 +201,32 @@ impl Job<'_> {
                 Engine::Packet => self.packet_tile(worker, &mut tile, range.clone()),
                 Engine::Scalar => self.scalar_tile(worker, &mut tile, range.clone()),
             }
+            // By the thread that has the tile in its cache, so that between passes there is next to nothing to do.
+            tile.error = ErrorSums::of(&tile.pixels, range.end);
             let taken = tile.pixels.len() as u64 * range.len() as u64;
             let samples = self.samples.fetch_add(taken, Ordering::Relaxed) + taken;
-            let seconds = self.watch.wall_seconds();
-            if !(self.progress)(Progress { samples, total: self.total, seconds }) {
-                self.stop.store(true, Ordering::Relaxed);
-            }
+            self.report(samples);
         }
+    }
+
+    /// Tells how far the render is.
+    fn report(&self, samples: u64) {
+        let relative_error = Some(f64::from_bits(self.relative_error.load(Ordering::Relaxed))).filter(|e| !e.is_nan());
+        let seconds = self.watch.wall_seconds();
+        if !(self.progress)(Progress { samples, total: self.total, seconds, relative_error }) {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// After a pass: how large the error is now. Tiles are added in order, so equal renders tell equal errors.
+    fn note_error(&self) {
+        let mut sums = ErrorSums::default();
+        for tile in &self.tiles {
+            sums.add(&tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).error);
+        }
+        let error = sums.estimate().map_or(f64::NAN, |(error, _)| error);
+        self.relative_error.store(error.to_bits(), Ordering::Relaxed);
+        self.report(self.samples.load(Ordering::Relaxed));
     }
 
     fn packet_tile(&self, worker: &mut Worker, tile: &mut Tile, range: std::ops::Range<u32>) {

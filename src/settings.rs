@@ -178,15 +178,22 @@ pub const MAX_FILM_SIDE: u32 = 65_535;
 pub const MAX_FILM_PIXELS: u64 = 1 << 28;
 
 impl Settings {
-    /// The film's size, and the part of it to render, for a scene whose own film is `scene_film` (width, height).
-    /// An error if the crop is empty or leaves the film, or if there are more pixels than a render may hold.
-    pub fn film_and_crop(&self, scene_film: (u32, u32)) -> Result<((u32, u32), Crop), Error> {
+    /// The film's size for a scene whose own film is `scene_film` (width, height). An error if it has too many columns or
+    /// rows, or none.
+    pub fn film_size(&self, scene_film: (u32, u32)) -> Result<(u32, u32), Error> {
         let (width, height) = (self.width.unwrap_or(scene_film.0), self.height.unwrap_or(scene_film.1));
         if !(1..=MAX_FILM_SIDE).contains(&width) || !(1..=MAX_FILM_SIDE).contains(&height) {
             return Err(Error::Usage(format!(
                 "a film of {width} x {height} pixels: width and height must be between 1 and {MAX_FILM_SIDE}"
             )));
         }
+        Ok((width, height))
+    }
+
+    /// The film's size, and the part of it to render, for a scene whose own film is `scene_film` (width, height).
+    /// An error if the crop is empty or leaves the film, or if there are more pixels than a render may hold.
+    pub fn film_and_crop(&self, scene_film: (u32, u32)) -> Result<((u32, u32), Crop), Error> {
+        let (width, height) = self.film_size(scene_film)?;
         let crop = self.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
         let inside = |start: u32, size: u32, film: u32| size > 0 && start as u64 + size as u64 <= film as u64;
         if !inside(crop.x, crop.width, width) || !inside(crop.y, crop.height, height) {

@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::scene::PreparedScene;
 use crate::scene::lights::LightTable;
-use crate::settings::{Crop, DEPTH_GUARD, Settings, Strategy};
+use crate::settings::{Crop, DEPTH_GUARD, MAX_FILM_SIDE, Settings, Strategy};
 
 /// One render, resolved: no option left open.
 pub struct Setup<'a> {
@@ -30,8 +30,8 @@ pub struct Setup<'a> {
 impl<'a> Setup<'a> {
     /// Resolves `settings` for `scene`. A crop is cut to the film.
     pub fn new(scene: &'a PreparedScene, settings: &Settings) -> Setup<'a> {
-        let width = settings.width.unwrap_or(scene.film.0).clamp(1, 65_535);
-        let height = settings.height.unwrap_or(scene.film.1).clamp(1, 65_535);
+        let width = settings.width.unwrap_or(scene.film.0).clamp(1, MAX_FILM_SIDE);
+        let height = settings.height.unwrap_or(scene.film.1).clamp(1, MAX_FILM_SIDE);
         let crop = settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
         let (x, y) = (crop.x.min(width - 1), crop.y.min(height - 1));
         let crop = Crop { x, y, width: crop.width.clamp(1, width - x), height: crop.height.clamp(1, height - y) };

@@ -46,7 +46,10 @@ fn a_point_out_of_focus_becomes_the_disk_of_confusion() {
         let disk = radius * (1.0 / focus - 1.0 / 8.0f64).abs() / pixel;
         let half_side = 0.05 / 8.0 / pixel;
         let wanted = disk * disk / 4.0 + half_side * half_side / 3.0 + 1.0 / 12.0;
-        assert!((square / wanted - 1.0).abs() < 0.035, "R {radius}, focus {focus}: {square} for {wanted} square pixels");
+        assert!(
+            (square / wanted - 1.0).abs() < 0.035,
+            "R {radius}, focus {focus}: {square} for {wanted} square pixels"
+        );
         assert!((sum / sharp_sum - 1.0).abs() < 0.035, "R {radius}, focus {focus}: {sum} for {sharp_sum}");
     }
 }

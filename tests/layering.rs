@@ -63,7 +63,7 @@ fn nothing_imports_upwards() {
         &["cli"],
         &["render"],
         &["packet", "reference"],
-        &["setup", "stats", "scene", "bvh", "film", "image", "camera"],
+        &["setup", "stats", "trace", "scene", "bvh", "film", "image", "camera"],
         &["settings", "sampler", "lanes", "math", "color", "error", "clock"],
     ];
     let layer = |name: &str| layers.iter().position(|rooms| rooms.contains(&name));

@@ -3,7 +3,11 @@
 mod common;
 
 use common::{SCENES, first_difference, prepared, small};
-use octray::{Crop, Engine, Lights, Settings, Strategy, render};
+use octray::packet::plan::Plan;
+use octray::reference::{path_steps, single};
+use octray::setup::Setup;
+use octray::trace::PathStep;
+use octray::{Crop, Engine, Lights, Settings, Strategy, packet, render};
 
 #[test]
 fn engines_agree_bit_for_bit_on_every_scene_and_strategy() {
@@ -20,6 +24,43 @@ fn engines_agree_bit_for_bit_on_every_scene_and_strategy() {
                 assert_eq!((packet.stats.nonfinite, packet.stats.guarded), (0, 0), "{path}, {strategy}");
             }
         }
+    }
+}
+
+/// One path in both engines, ray by ray.
+fn both(setup: &Setup, plan: &Plan, pixel: (u32, u32), sample: u32) -> [Vec<PathStep>; 2] {
+    let mut vertices = Vec::new();
+    let path = single::path::trace_path(setup, pixel, sample, &mut |vertex| vertices.push(vertex));
+    let scalar = path_steps(&vertices);
+    let radiance = scalar.last().map_or([0.0; 3], |step| step.radiance);
+    assert_eq!(radiance.map(f32::to_bits), path.radiance.to_array().map(f32::to_bits), "a path that is watched");
+    assert_eq!(scalar.iter().filter(|step| step.shadow.is_some()).count() as u32, path.shadow_rays);
+    [scalar, packet::trace::trace_path(setup, plan, pixel, sample)]
+}
+
+#[test]
+fn vertex_lists_agree_bit_for_bit_on_every_scene_and_strategy() {
+    for path in SCENES {
+        let scene = prepared(path);
+        let (mut deepest, mut shadows) = (0, 0);
+        for &strategy in Strategy::ALL {
+            for max_depth in [None, Some(2)] {
+                let settings = Settings { strategy, max_depth, ..small(64, 48, 1) };
+                let setup = Setup::new(&scene, &settings);
+                let plan = Plan::new(&setup);
+                for i in 0..60 {
+                    let (pixel, sample) = ((i * 29 % 64, i * 31 % 48), i * 7);
+                    let [scalar, packet] = both(&setup, &plan, pixel, sample);
+                    let difference = octray::trace::first_difference(&scalar, &packet);
+                    let (x, y) = pixel;
+                    let address = format!("--pixel {x},{y} --sample {sample} --width 64 --height 48");
+                    assert_eq!(difference, None, "octray trace {path} --strategy {strategy} {address}, {max_depth:?}");
+                    deepest = deepest.max(scalar.len());
+                    shadows += scalar.iter().filter(|step| step.shadow.is_some()).count();
+                }
+            }
+        }
+        assert!(deepest > 2 && shadows > 50, "{path}: {deepest} rays at most, {shadows} shadow rays");
     }
 }
 
@@ -67,6 +108,26 @@ fn a_stopped_render_holds_whole_passes() {
 }
 
 #[test]
+fn progress_tells_the_error_of_the_last_whole_pass() {
+    let scene = prepared("scenes/cornell.toml");
+    let heard = std::sync::Mutex::new(Vec::new());
+    let settings = Settings { threads: 2, ..small(10, 16, 130) };
+    let render = octray::render_with(&scene, &settings, &|progress| {
+        heard.lock().unwrap().push(progress);
+        true
+    });
+    let heard = heard.into_inner().unwrap();
+    let first_pass = heard.iter().filter(|progress| progress.samples < 64 * 10 * 16);
+    assert!(first_pass.into_iter().all(|progress| progress.relative_error.is_none()));
+    let (last, wanted) = (heard.last().unwrap(), render.film.relative_error().unwrap());
+    assert_eq!((last.samples, last.total), (130 * 10 * 16, 130 * 10 * 16));
+    assert!((last.relative_error.unwrap() / wanted - 1.0).abs() < 1e-12, "{last:?} {wanted}");
+    // The first pass has about half of the samples, hence an error larger by about the root of 2.
+    let earlier = heard.iter().find_map(|progress| progress.relative_error).unwrap();
+    assert!(earlier > wanted && earlier < 2.0 * wanted, "{earlier} {wanted}");
+}
+
+#[test]
 fn seeds_and_samples_are_different_and_reproducible() {
     let scene = prepared("scenes/cornell.toml");
     let settings = small(16, 16, 2);
@@ -83,11 +144,11 @@ fn f32_and_f64_references_follow_the_same_paths() {
     for path in SCENES {
         let scene = prepared(path);
         let settings = Settings { max_depth: Some(4), ..small(32, 32, 1) };
-        let setup = octray::setup::Setup::new(&scene, &settings);
+        let setup = Setup::new(&scene, &settings);
         let (mut apart, mut total) = (0, 0);
         for sample in 0..4 {
             for pixel in (0..32 * 32).map(|i| (i % 32, i / 32)) {
-                let single = octray::reference::single::path::trace_path(&setup, pixel, sample, &mut |_| {});
+                let single = single::path::trace_path(&setup, pixel, sample, &mut |_| {});
                 let double = octray::reference::double::path::trace_path(&setup, pixel, sample, &mut |_| {});
                 let difference = (single.radiance.as_dvec3() - double.radiance).abs().max_element();
                 apart += (difference > 1e-3 * (double.radiance.abs().max_element() + 0.01)) as u32;
@@ -101,11 +162,9 @@ fn f32_and_f64_references_follow_the_same_paths() {
 #[test]
 fn plans_leave_out_what_a_scene_does_not_need() {
     let cornell = prepared("scenes/cornell.toml");
-    let plan = |scene: &octray::PreparedScene, settings: &Settings| {
-        octray::packet::plan::Plan::new(&octray::setup::Setup::new(scene, settings))
-    };
-    let left_out = |plan: &octray::packet::plan::Plan| plan.left_out.iter().map(|l| l.what).collect::<Vec<_>>();
-    let stages = |plan: &octray::packet::plan::Plan| plan.stages.iter().map(|s| s.stage).collect::<Vec<_>>();
+    let plan = |scene: &octray::PreparedScene, settings: &Settings| Plan::new(&Setup::new(scene, settings));
+    let left_out = |plan: &Plan| plan.left_out.iter().map(|l| l.what).collect::<Vec<_>>();
+    let stages = |plan: &Plan| plan.stages.iter().map(|s| s.stage).collect::<Vec<_>>();
 
     let nee = plan(&cornell, &Settings { strategy: Strategy::Nee, ..small(8, 8, 1) });
     assert!(!stages(&nee).contains(&"shade_mirror") && !stages(&nee).contains(&"shade_miss"));

@@ -54,6 +54,9 @@ fn message(progress: &Progress, done: f64) -> String {
     if done > 0.0 {
         parts.push(format!("{} left", duration(progress.seconds * (1.0 - done) / done)));
     }
+    if let Some(error) = progress.relative_error {
+        parts.push(format!("error {:.2} %", error * 100.0));
+    }
     parts.join(", ")
 }
 
@@ -72,11 +75,13 @@ mod tests {
 
     #[test]
     fn the_bar_follows_whichever_ends_first() {
-        let progress = Progress { samples: 25, total: 100, seconds: 6.0 };
+        let progress = Progress { samples: 25, total: 100, seconds: 6.0, relative_error: None };
         assert_eq!(fraction(&progress, None), 0.25);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(8))), 0.75);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(1))), 1.0);
         assert_eq!(message(&progress, 0.25), "0.00 Msamples/s, 18 s left");
+        let later = Progress { relative_error: Some(0.0312), ..progress };
+        assert_eq!(message(&later, 0.25), "0.00 Msamples/s, 18 s left, error 3.12 %");
         assert_eq!([59.0, 61.0, 3700.0].map(duration), ["59 s", "1 min 01 s", "1 h 01 min"]);
     }
 }

@@ -5,14 +5,12 @@ use super::output::{print, table};
 use super::warn;
 use crate::bvh::ray::NO_HIT;
 use crate::error::{Error, Result};
-use crate::lanes::LANES;
-use crate::packet::counters::Counters;
+use crate::packet;
 use crate::packet::plan::Plan;
-use crate::packet::tile::trace_paths;
-use crate::reference::{TraceVertex, single};
-use crate::sampler::pixel_address;
+use crate::reference::{path_steps, single};
 use crate::scene::Scene;
 use crate::setup::Setup;
+use crate::trace::{PathStep, TraceVertex, Value, first_difference};
 use std::path::PathBuf;
 
 /// Flags of `octray trace`.
@@ -39,72 +37,117 @@ pub fn run(args: &TraceArgs) -> Result<u8> {
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
     args.film.apply(&mut settings);
-    let ((width, height), _) = settings.film_and_crop(scene.desc.film)?;
+    let (width, height) = settings.film_size(scene.desc.film)?;
     let [x, y] = args.pixel;
     if x >= width || y >= height {
-        return Err(Error::Usage(format!("pixel {x},{y} does not lie in the film of {width} x {height} pixels")));
+        return Err(Error::Usage(format!(
+            "pixel {x},{y} does not lie in the film of {width} x {height} pixels: they are counted from 0,0 at the top \
+             left"
+        )));
     }
     let prepared = scene.prepare()?;
     let setup = Setup::new(&prepared, &settings);
-    let mut path = Vec::new();
-    single::path::trace_path(&setup, (x, y), args.sample, &mut |vertex| path.push(vertex));
-    let (verdict, agree) = compare(&path, packet_radiance(&setup, (x, y), args.sample));
-    print(&format!("{}{verdict}", vertices(&path)))?;
-    Ok(if agree { 0 } else { 1 })
+    let mut vertices = Vec::new();
+    single::path::trace_path(&setup, (x, y), args.sample, &mut |vertex| vertices.push(vertex));
+    let scalar = path_steps(&vertices);
+    let packet = packet::trace::trace_path(&setup, &Plan::new(&setup), (x, y), args.sample);
+    let difference = first_difference(&scalar, &packet);
+    let (strategy, sample, seed) = (settings.strategy, args.sample, settings.seed);
+    print(&format!(
+        "{}, {strategy}, pixel {x},{y} of {width} x {height}, sample {sample}, seed {seed}\n\n\
+         steps of the scalar reference\n{}\nboth engines, ray by ray\n{}\n{}\n",
+        prepared.name,
+        step_table(&vertices),
+        comparison(&scalar, &packet),
+        verdict(&scalar, difference),
+    ))?;
+    Ok(if difference.is_none() { 0 } else { 1 })
 }
 
-/// What the packet engine gathers on the same path, alone in its lanes.
-fn packet_radiance(setup: &Setup, (x, y): (u32, u32), sample: u32) -> [f32; 3] {
-    let plan = Plan::new(setup);
-    let mut state = plan.tile_state(LANES);
-    state.slots.pixel[0] = pixel_address(x, y);
-    state.slots.sample[0] = sample;
-    state.slots.radiance[0] = [0.0; 4];
-    state.slots.len = 1;
-    trace_paths(setup, &plan, &mut state, &mut Counters::default());
-    let [r, g, b, _] = state.slots.radiance[0];
-    [r, g, b]
-}
-
-/// Whether both engines gathered the same radiance, to the last bit, and a line that says so.
-fn compare(path: &[TraceVertex], packet: [f32; 3]) -> (String, bool) {
-    let scalar = path.last().map_or([0.0; 3], |vertex| vertex.radiance).map(|value| value as f32);
-    let agree = scalar.map(f32::to_bits) == packet.map(f32::to_bits);
-    let [scalar, packet] = [scalar, packet].map(|radiance| vector(radiance.map(f64::from)));
-    let verdict = if agree {
-        format!("radiance {scalar}; both engines agree to the last bit\n")
-    } else {
-        format!("the engines differ: radiance {scalar} (scalar), {packet} (packet)\n")
-    };
-    (verdict, agree)
-}
-
-/// A path as a table, one row a step.
-fn vertices(path: &[TraceVertex]) -> String {
-    let heading = ["step", "depth", "event", "triangle", "t", "position", "throughput", "radiance", "pdf", "weight"];
+/// What the reference did, one row a step.
+fn step_table(path: &[TraceVertex]) -> String {
+    let heading = ["  depth", "event", "triangle", "t", "position", "throughput", "gain", "pdf", "weight"];
     let mut rows = vec![heading.map(str::to_owned).to_vec()];
-    for (step, vertex) in path.iter().enumerate() {
-        let triangle = if vertex.triangle == NO_HIT { "-".to_owned() } else { vertex.triangle.to_string() };
+    let unless = |absent: bool, text: String| if absent { "-".to_owned() } else { text };
+    for vertex in path {
+        let hit = vertex.triangle != NO_HIT;
         rows.push(vec![
-            step.to_string(),
-            vertex.depth.to_string(),
+            format!("  {}", vertex.depth),
             vertex.event.to_owned(),
-            triangle,
-            number(vertex.t),
+            unless(!hit, vertex.triangle.to_string()),
+            unless(!hit, number(vertex.t)),
             vector(vertex.position),
             vector(vertex.beta),
-            vector(vertex.radiance),
-            number(vertex.pdf),
-            number(vertex.weight),
+            unless(vertex.gain == [0.0; 3], vector(vertex.gain)),
+            unless(vertex.pdf == 0.0, number(vertex.pdf)),
+            unless(vertex.weight == 0.0, number(vertex.weight)),
         ]);
     }
     table(&rows)
 }
 
+/// Every value of every ray in both engines, those that differ marked and with their bits.
+fn comparison(scalar: &[PathStep], packet: &[PathStep]) -> String {
+    let mut rows = vec![["  depth", "value", "scalar", "packet", ""].map(str::to_owned).to_vec()];
+    let mut differ = false;
+    for depth in 0..scalar.len().max(packet.len()) {
+        let [scalar, packet] = [scalar, packet].map(|path| path.get(depth).map(PathStep::values));
+        let Some(names) = scalar.or(packet) else { break };
+        for (index, (name, _)) in names.into_iter().enumerate() {
+            let [a, b] = [scalar, packet].map(|values| values.map_or(Value::None, |values| values[index].1));
+            if (a, b) == (Value::None, Value::None) {
+                continue;
+            }
+            let mark = match (a == b, differ) {
+                (true, _) => "",
+                (false, false) => "<- the first difference",
+                (false, true) => "<- differs",
+            };
+            differ |= a != b;
+            rows.push(vec![format!("  {depth}"), name.to_owned(), shown(a), shown(b), mark.to_owned()]);
+            if a != b {
+                rows.push(vec!["".into(), "  bits".into(), bits(a), bits(b)]);
+            }
+        }
+    }
+    table(&rows)
+}
+
+fn verdict(scalar: &[PathStep], difference: Option<(usize, &'static str)>) -> String {
+    match difference {
+        Some((depth, "end")) => {
+            format!("the engines differ: at depth {depth} one has ended its path, the other has not")
+        }
+        Some((depth, name)) => format!("the engines differ: first in the {name} at depth {depth}"),
+        None => {
+            let radiance = scalar.last().map_or([0.0; 3], |step| step.radiance);
+            format!("radiance {}; both engines agree to the last bit", vector(radiance.map(f64::from)))
+        }
+    }
+}
+
+fn shown(value: Value) -> String {
+    match value {
+        Value::Triangle(NO_HIT) | Value::None => "-".to_owned(),
+        Value::Triangle(id) => id.to_string(),
+        Value::Number(value) => number(f64::from(value)),
+        Value::Vector(value) => vector(value.map(f64::from)),
+        Value::Flag(flag) => if flag { "yes" } else { "no" }.to_owned(),
+    }
+}
+
+fn bits(value: Value) -> String {
+    match value {
+        Value::Number(value) => format!("{:08x}", value.to_bits()),
+        Value::Vector(value) => value.map(|c| format!("{:08x}", c.to_bits())).join(" "),
+        _ => String::new(),
+    }
+}
+
 /// Nine digits: enough to tell any two f32 values apart.
 fn number(value: f64) -> String {
     match value.abs() {
-        0.0 => "0".to_owned(),
+        0.0 => if value.is_sign_negative() { "-0" } else { "0" }.to_owned(),
         magnitude if !magnitude.is_finite() => value.to_string(),
         magnitude if (1e-3..1e6).contains(&magnitude) => {
             let digits = (8 - magnitude.log10().floor() as i32).max(0) as usize;
@@ -122,26 +165,31 @@ fn vector(value: [f64; 3]) -> String {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_path_is_a_row_a_step_and_the_engines_are_compared_by_bits() {
-        let step = |depth, radiance: f32| TraceVertex {
-            depth,
-            event: "emission",
-            triangle: NO_HIT,
-            t: f64::INFINITY,
-            position: [0.0, 1e-9, -2.5],
+    fn step() -> PathStep {
+        PathStep {
+            origin: [0.0, 1e-9, -2.5],
+            direction: [0.0, 0.0, 1.0],
             beta: [1.0; 3],
-            radiance: [f64::from(radiance); 3],
-            pdf: 0.0,
-            weight: 1.0,
-        };
-        let path = [step(0, 0.0), step(1, 0.1)];
-        let text = vertices(&path);
-        assert_eq!(text.lines().count(), 3);
-        assert!(text.contains("0 1.00000000e-9 -2.50000000  1.00000000"), "{text}");
-        assert!(text.contains("0.100000001") && text.contains(" inf "), "{text}");
-        assert!(compare(&path, [0.1; 3]).1);
-        assert!(!compare(&path, [0.1, 0.1, 0.1f32.next_up()]).1);
-        assert!(compare(&[], [0.0; 3]).1 && !compare(&[], [-0.0; 3]).1);
+            triangle: NO_HIT,
+            t: f32::INFINITY,
+            shadow: None,
+            radiance: [0.1; 3],
+        }
+    }
+
+    #[test]
+    fn both_engines_stand_side_by_side_and_the_first_difference_is_marked() {
+        let same = comparison(&[step()], &[step()]);
+        assert!(same.contains("0 9.99999972e-10 -2.50000000         0 9.99999972e-10 -2.50000000\n"), "{same}");
+        assert!(!same.contains("<-") && !same.contains("shadow"), "{same}");
+        let other = PathStep { t: 2.0, radiance: [0.1, 0.1, 0.1f32.next_up()], ..step() };
+        let text = comparison(&[step()], &[other]);
+        let line = |word: &str| text.lines().find(|line| line.contains(word)).unwrap_or_default().to_owned();
+        assert!(line(" t ").ends_with("<- the first difference"), "{text}");
+        assert!(line(" radiance ").ends_with("<- differs") && text.contains("3dcccccd 3dcccccd 3dccccce"), "{text}");
+        let difference = first_difference(&[step()], &[other]);
+        assert_eq!(verdict(&[step()], difference), "the engines differ: first in the t at depth 0");
+        let longer = comparison(&[step(), step()], &[step()]);
+        assert!(longer.contains("<- the first difference"), "{longer}");
     }
 }

@@ -19,4 +19,5 @@ pub mod sort_hits;
 pub mod state;
 pub mod surface;
 pub mod tile;
+pub mod trace;
 pub mod warp;

@@ -6,7 +6,7 @@ use super::counters::Stage;
 use super::generate_camera_rays::{self, CameraStage};
 use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
-use crate::bvh::RayKind;
+use crate::bvh::{RayKind, Walk};
 use crate::scene::desc::PixelFilter;
 use crate::scene::lights::selection_name;
 use crate::settings::Strategy;
@@ -151,8 +151,13 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
 
 /// How rays walk the tree, by kind.
 fn walks(setup: &Setup) -> String {
-    let bvh = &setup.scene.bvh;
-    format!("camera {:?}, bounce {:?}", bvh.walk_for_closest(RayKind::Camera), bvh.walk_for_closest(RayKind::Bounce))
+    let word = |kind: RayKind| match setup.scene.bvh.first_choice(kind) {
+        Walk::Single => "one by one",
+        Walk::Packet(_) => "packets (streams where they part)",
+        Walk::Stream => "streams",
+        Walk::Flat => "packets through a list",
+    };
+    format!("camera rays: {}; after a bounce: {}", word(RayKind::Camera), word(RayKind::Bounce))
 }
 
 fn left_out(setup: &Setup) -> Vec<LeftOut> {

@@ -15,51 +15,66 @@ use crate::setup::Setup;
 
 /// Follows the paths in `state.slots` (pixel and sample set, radiance 0) to their ends; their radiance is then in the slots.
 pub fn trace_paths(setup: &Setup, plan: &Plan, state: &mut TileState, counters: &mut Counters) {
-    let mut clock = Instant::now();
-    (plan.generate_camera_rays)(setup, state);
-    clock = counters.note(Stage::GenerateCameraRays, state.slots.len, clock);
-    counters.paths += state.slots.len as u64;
-
+    let mut clock = begin(setup, plan, state, counters);
     let mut depth = 0;
     while state.paths.len > 0 {
-        intersect_closest(setup, state, counters, depth);
-        clock = counters.note(Stage::IntersectClosest, state.paths.len, clock);
-
-        let last = depth == setup.max_depth;
-        sort_hits(setup, plan, state, !last);
-        if depth + 1 == DEPTH_GUARD {
-            counters.guarded += (state.diffuse.len + state.mirror.len) as u64;
-        }
-        clock = counters.note(Stage::SortHits, state.paths.len, clock);
-
-        if plan.needs.misses {
-            shade_miss(setup, plan, state);
-            clock = counters.note(Stage::ShadeMiss, state.misses.len, clock);
-        }
-        if plan.needs.emitters {
-            shade_emitter(setup, plan, state);
-            clock = counters.note(Stage::ShadeEmitter, state.emitters.len, clock);
-        }
-        if last {
-            break;
-        }
-        state.next.len = 0;
-        state.shadow.len = 0;
-        if plan.needs.diffuse {
-            (plan.shade_diffuse)(setup, plan, state, depth);
-            clock = counters.note(Stage::ShadeDiffuse, state.diffuse.len, clock);
-        }
-        if plan.needs.mirror {
-            (plan.shade_mirror)(setup, plan, state, depth);
-            clock = counters.note(Stage::ShadeMirror, state.mirror.len, clock);
-        }
-        if plan.needs.shadow {
-            intersect_shadow(setup, state, counters);
-            clock = counters.note(Stage::IntersectShadow, state.shadow.len, clock);
-        }
-        std::mem::swap(&mut state.paths, &mut state.next);
+        clock = step(setup, plan, state, counters, depth, clock);
         depth += 1;
     }
+}
+
+/// The camera rays of the paths in `state.slots`: they are then in `state.paths`. Returns now, for [`step`].
+pub fn begin(setup: &Setup, plan: &Plan, state: &mut TileState, counters: &mut Counters) -> Instant {
+    let clock = Instant::now();
+    (plan.generate_camera_rays)(setup, state);
+    counters.paths += state.slots.len as u64;
+    counters.note(Stage::GenerateCameraRays, state.slots.len, clock)
+}
+
+/// One round of all stages for the rays in `state.paths`, which lie behind `depth` events. The rays that go on are then
+/// in `state.paths`, those that were traced in `state.next`, their hits and shadow rays in `hits` and `shadow`.
+pub fn step(
+    setup: &Setup,
+    plan: &Plan,
+    state: &mut TileState,
+    counters: &mut Counters,
+    depth: u32,
+    mut clock: Instant,
+) -> Instant {
+    intersect_closest(setup, state, counters, depth);
+    clock = counters.note(Stage::IntersectClosest, state.paths.len, clock);
+
+    let last = depth == setup.max_depth;
+    sort_hits(setup, plan, state, !last);
+    if depth + 1 == DEPTH_GUARD {
+        counters.guarded += (state.diffuse.len + state.mirror.len) as u64;
+    }
+    clock = counters.note(Stage::SortHits, state.paths.len, clock);
+
+    if plan.needs.misses {
+        shade_miss(setup, plan, state);
+        clock = counters.note(Stage::ShadeMiss, state.misses.len, clock);
+    }
+    if plan.needs.emitters {
+        shade_emitter(setup, plan, state);
+        clock = counters.note(Stage::ShadeEmitter, state.emitters.len, clock);
+    }
+    state.next.len = 0;
+    state.shadow.len = 0;
+    if plan.needs.diffuse && !last {
+        (plan.shade_diffuse)(setup, plan, state, depth);
+        clock = counters.note(Stage::ShadeDiffuse, state.diffuse.len, clock);
+    }
+    if plan.needs.mirror && !last {
+        (plan.shade_mirror)(setup, plan, state, depth);
+        clock = counters.note(Stage::ShadeMirror, state.mirror.len, clock);
+    }
+    if plan.needs.shadow && !last {
+        intersect_shadow(setup, state, counters);
+        clock = counters.note(Stage::IntersectShadow, state.shadow.len, clock);
+    }
+    std::mem::swap(&mut state.paths, &mut state.next);
+    clock
 }
 
 /// Stage: the closest hits of all rays in `paths`.

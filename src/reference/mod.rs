@@ -8,32 +8,37 @@
 pub mod double;
 pub mod single;
 
-/// One step of a path, as `octray trace` prints it. Vectors are scene units and linear Rec.709.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TraceVertex {
-    /// Scattering events before this step.
-    pub depth: u32,
-    /// What happened: `camera`, `emission`, `environment`, `light sample`, `diffuse`, `mirror`, `roulette`, ..
-    pub event: &'static str,
-    /// The triangle concerned, [`crate::bvh::ray::NO_HIT`] if none.
-    pub triangle: u32,
-    /// Ray parameter of the hit, where there is one.
-    pub t: f64,
-    /// Where it happened.
-    pub position: [f64; 3],
-    /// Throughput after this step.
-    pub beta: [f64; 3],
-    /// Radiance gathered so far.
-    pub radiance: [f64; 3],
-    /// Density of the direction or light sample concerned (per steradian), where there is one.
-    pub pdf: f64,
-    /// MIS weight, where there is one.
-    pub weight: f64,
-}
+use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, PathStep, RAY, ShadowStep, TraceVertex};
 
-impl TraceVertex {
-    /// Whether every number is finite (an infinite density or ray parameter is allowed: it means a delta lobe or a miss).
-    pub fn is_finite(&self) -> bool {
-        self.beta.iter().chain(&self.radiance).all(|c| c.is_finite()) && !self.pdf.is_nan() && !self.weight.is_nan()
+/// What the steps of a path of [`single`] come to, ray by ray. (Its f64 values are widened f32, so no bit is lost.)
+pub fn path_steps(vertices: &[TraceVertex]) -> Vec<PathStep> {
+    let narrow = |v: [f64; 3]| v.map(|c| c as f32);
+    let mut steps: Vec<PathStep> = Vec::new();
+    for vertex in vertices {
+        if vertex.event == RAY {
+            steps.push(PathStep {
+                origin: narrow(vertex.position),
+                direction: narrow(vertex.direction),
+                beta: narrow(vertex.beta),
+                triangle: vertex.triangle,
+                t: f32::INFINITY,
+                shadow: None,
+                radiance: narrow(vertex.radiance),
+            });
+        }
+        let Some(step) = steps.last_mut() else { continue };
+        match vertex.event {
+            "hit" => (step.triangle, step.t) = (vertex.triangle, vertex.t as f32),
+            LIGHT_SAMPLE | LIGHT_SAMPLE_BLOCKED => {
+                step.shadow = Some(ShadowStep {
+                    direction: narrow(vertex.direction),
+                    contribution: narrow(vertex.gain),
+                    blocked: vertex.event == LIGHT_SAMPLE_BLOCKED,
+                });
+            }
+            _ => {}
+        }
+        step.radiance = narrow(vertex.radiance);
     }
+    steps
 }

@@ -7,12 +7,12 @@ use super::surface::{SurfacePoint, surface_point};
 use super::warp::sample_uniform_disk;
 use super::{Real, Vec3, bsdf, intersect, mis, vec3};
 use crate::bvh::ray::NO_HIT;
-use crate::reference::TraceVertex;
 use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
 use crate::scene::desc::PixelFilter;
 use crate::scene::prepare::{MaterialKind, NO_LIGHT};
 use crate::settings::{DEPTH_GUARD, Strategy};
 use crate::setup::Setup;
+use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, RAY, TraceVertex};
 
 /// What one path came to.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,30 +49,36 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
     // generate_camera_rays
     let mut ray = camera_ray(setup, x, y, numbers(CAMERA_BLOCK));
     let mut previous = Previous::Certain;
-    step.note("camera", NO_HIT, 0.0, ray.origin, 0.0, 0.0);
 
     loop {
         // intersect_closest
+        step.note(Event { direction: ray.direction, ..Event::new(RAY, ray.origin) });
         result.bounce_rays += (step.depth > 0) as u32;
         let Some(hit) = intersect(&scene.bvh, &ray, &mut step.stack) else {
             // shade_miss
+            step.note(Event { t: Real::INFINITY, direction: ray.direction, ..Event::new("miss", ray.origin) });
             if let Some(radiance) = scene.environment {
                 let weight = environment_weight(setup, previous);
-                step.radiance += step.beta * vec3(radiance) * weight;
-                step.note("environment", NO_HIT, Real::INFINITY, ray.origin, 0.0, weight);
+                let gain = step.beta * vec3(radiance) * weight;
+                step.radiance += gain;
+                let direction = ray.direction;
+                step.note(Event { direction, gain, weight, ..Event::new("environment", ray.origin) });
             }
             break;
         };
         let triangle = &scene.triangles[hit.triangle as usize];
         let point = surface_point(triangle, hit.u, hit.v, ray.direction);
+        let here = |name| Event { triangle: hit.triangle, t: hit.t, ..Event::new(name, point.position) };
+        step.note(Event { direction: ray.direction, ..here("hit") });
 
         // shade_emitter
         if triangle.light != NO_LIGHT && point.front {
             let light = &setup.lights.records[triangle.light as usize];
             let light_cosine = -vec3(triangle.normal).dot(ray.direction);
             let weight = emission_weight(setup, previous, light_pdf_dir(light, hit.t, light_cosine));
-            step.radiance += step.beta * vec3(light.radiance) * weight;
-            step.note("emission", hit.triangle, hit.t, point.position, 0.0, weight);
+            let gain = step.beta * vec3(light.radiance) * weight;
+            step.radiance += gain;
+            step.note(Event { direction: ray.direction, gain, weight, ..here("emission") });
         }
 
         // shade_surface: the path ends on black surfaces and after its last event
@@ -106,10 +112,11 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             _ if setup.strategy == Strategy::Uniform => sample_diffuse_uniformly(color, point.normal, u),
             _ => sample_diffuse(color, point.normal, u),
         };
-        step.depth += 1;
         step.beta *= bounce.factor;
         previous = remember(setup, &bounce, light_chosen);
-        step.note(if delta { "mirror" } else { "diffuse" }, hit.triangle, hit.t, point.position, bounce.pdf_dir, 0.0);
+        let name = if delta { "mirror" } else { "diffuse" };
+        step.note(Event { direction: bounce.direction, pdf: bounce.pdf_dir, ..here(name) });
+        step.depth += 1;
 
         // shade_surface: nothing more to find?
         let last = step.depth == setup.max_depth;
@@ -127,7 +134,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         if step.depth >= setup.rr_depth {
             let survival = if survival < 1.0 { survival } else { 1.0 };
             if !((unit(words[3]) as Real) < survival) {
-                step.note("roulette", hit.triangle, hit.t, point.position, 0.0, 0.0);
+                step.note(here("roulette"));
                 break;
             }
             step.beta *= 1.0 / survival;
@@ -160,8 +167,9 @@ fn direct_light<R: FnMut(TraceVertex)>(
     if !blocked {
         step.radiance += contribution;
     }
-    let event = if blocked { "light sample, blocked" } else { "light sample" };
-    step.note(event, NO_HIT, 0.0, point.position, light.pdf_dir, weight);
+    let name = if blocked { LIGHT_SAMPLE_BLOCKED } else { LIGHT_SAMPLE };
+    let direction = light.shadow_direction;
+    step.note(Event { direction, gain: contribution, pdf: light.pdf_dir, weight, ..Event::new(name, point.position) });
     true
 }
 
@@ -272,20 +280,42 @@ struct Step<'a, R: FnMut(TraceVertex)> {
     record: &'a mut R,
 }
 
+/// What a [`TraceVertex`] tells besides the path's state.
+struct Event {
+    name: &'static str,
+    triangle: u32,
+    t: Real,
+    position: Vec3,
+    direction: Vec3,
+    gain: Vec3,
+    pdf: Real,
+    weight: Real,
+}
+
+impl Event {
+    #[inline(always)]
+    fn new(name: &'static str, position: Vec3) -> Event {
+        let zero = Vec3::ZERO;
+        Event { name, triangle: NO_HIT, t: 0.0, position, direction: zero, gain: zero, pdf: 0.0, weight: 0.0 }
+    }
+}
+
 impl<R: FnMut(TraceVertex)> Step<'_, R> {
     #[inline(always)]
-    fn note(&mut self, event: &'static str, triangle: u32, t: Real, at: Vec3, pdf: Real, weight: Real) {
+    fn note(&mut self, event: Event) {
         let wide = |v: Vec3| [v.x as f64, v.y as f64, v.z as f64];
         (self.record)(TraceVertex {
             depth: self.depth,
-            event,
-            triangle,
-            t: t as f64,
-            position: wide(at),
+            event: event.name,
+            triangle: event.triangle,
+            t: event.t as f64,
+            position: wide(event.position),
+            direction: wide(event.direction),
             beta: wide(self.beta),
+            gain: wide(event.gain),
             radiance: wide(self.radiance),
-            pdf: pdf as f64,
-            weight: weight as f64,
+            pdf: event.pdf as f64,
+            weight: event.weight as f64,
         });
     }
 }

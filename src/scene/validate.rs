@@ -2,10 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::scene::desc::{CameraDesc, Scattering, SceneDesc};
+use crate::settings::MAX_FILM_SIDE;
 use glam::DVec3;
-
-/// The largest film side, in pixels.
-pub const MAX_FILM_SIDE: u32 = 65_535;
 
 /// Whether a triangle has no area, exactly: its corners lie on one line (judged in f64) or are not finite. Such
 /// triangles keep their number but are left out of the BVH and of the light table.
@@ -59,7 +57,8 @@ pub fn check(scene: &SceneDesc) -> Result<()> {
     }
     let side = 1..=MAX_FILM_SIDE;
     if !side.contains(&scene.film.0) || !side.contains(&scene.film.1) {
-        return fail(format!("the film is {} x {} pixels; each side must be 1 to 65535", scene.film.0, scene.film.1));
+        let (width, height) = scene.film;
+        return fail(format!("the film is {width} x {height} pixels; each side must be 1 to {MAX_FILM_SIDE}"));
     }
     if scene.triangles.is_empty() {
         return fail("no triangles: name an OBJ file that has faces".into());
