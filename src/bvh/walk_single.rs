@@ -152,7 +152,7 @@ pub(super) fn any(tables: Tables, ray: &Ray, root: u32, stack: &mut Stack) -> bo
         } else {
             let node = &tables.nodes[next as usize];
             let (entry, hit) = boxes.test(&node.bounds, best_wide);
-            // Nearest first: on shadow rays of big scenes better than unsorted, one ray at a time.
+            // Nearest first; streams, which sort nothing here, are the fast walk for any hit.
             let (order, _) = sort_children(entry, hit);
             U32x8::from_array(node.children).permute(order).store(words, top);
             top += hit.count() as usize;
