@@ -38,7 +38,7 @@ impl<'a> Setup<'a> {
         Setup {
             scene,
             lights: LightTable::new(scene, settings.lights),
-            camera: Camera::new(&scene.camera, width, height),
+            camera: Camera::new(&scene.camera, scene.filter, width, height),
             strategy: settings.strategy,
             max_depth: settings.max_depth.unwrap_or(DEPTH_GUARD).min(DEPTH_GUARD),
             rr_depth: settings.rr_depth.unwrap_or(u32::MAX),

@@ -5,14 +5,15 @@ use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
 /// The triangle id of a ray that hits nothing.
 pub const NO_HIT: u32 = u32::MAX;
 
-/// Eight rays. A hit counts if `tmin < t <= tmax`, with `t` in units of the direction's length.
+/// Eight rays. A hit counts if `tmin < t <= tmax`, with `t` in units of the direction's length. A ray that is not made of
+/// numbers (an origin or direction of infinity or NaN, a `tmin` or `tmax` of NaN) hits nothing.
 #[derive(Clone, Copy, Default)]
 pub struct RayPacket {
     /// Origins, scene units.
     pub origin: Vec3x8,
     /// Directions; any finite length but 0.
     pub direction: Vec3x8,
-    /// Where the rays begin (exclusive).
+    /// Where the rays begin (exclusive); 0 or more.
     pub tmin: F32x8,
     /// Where the rays end (inclusive).
     pub tmax: F32x8,

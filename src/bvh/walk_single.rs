@@ -16,6 +16,16 @@ pub(super) struct Ray {
     pub(super) tmax: f32,
 }
 
+impl Ray {
+    /// Whether it is made of numbers, as [`super::walk_packet::finite`] has it.
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        let [[ox, oy, oz], [dx, dy, dz]] = [self.origin, self.direction];
+        let nothing = ((ox * 0.0 + oy * 0.0) + (oz * 0.0 + dx * 0.0)) + (dy * 0.0 + dz * 0.0);
+        nothing == 0.0 && !self.tmin.is_nan() && !self.tmax.is_nan()
+    }
+}
+
 /// A ray's closest hit.
 #[derive(Clone, Copy)]
 pub(super) struct Hit {
@@ -84,6 +94,9 @@ pub(super) fn closest_in_block(ray: &OneRay, block: &LeafBlock, tmin: f32, best:
 /// The closest hit of `ray`, below the node or leaf `root` and closer than `best`.
 #[inline(always)]
 pub(super) fn closest(tables: Tables, ray: &Ray, root: u32, mut best: Hit, stack: &mut Stack) -> Hit {
+    if !ray.is_finite() {
+        return best;
+    }
     let boxes = OneRayBoxes::new(ray.origin, ray.direction, ray.tmin, tables.extent);
     let triangles = OneRay::new(ray.origin, ray.direction);
     let (words, near) = (&mut stack.words[..], &mut stack.near[..]);
@@ -119,6 +132,9 @@ pub(super) fn closest(tables: Tables, ray: &Ray, root: u32, mut best: Hit, stack
 /// Whether `ray` hits anything below the node or leaf `root`.
 #[inline(always)]
 pub(super) fn any(tables: Tables, ray: &Ray, root: u32, stack: &mut Stack) -> bool {
+    if !ray.is_finite() {
+        return false;
+    }
     let boxes = OneRayBoxes::new(ray.origin, ray.direction, ray.tmin, tables.extent);
     let triangles = OneRay::new(ray.origin, ray.direction);
     let (tmin, tmax) = (F32x8::splat(ray.tmin), F32x8::splat(ray.tmax));
@@ -136,7 +152,7 @@ pub(super) fn any(tables: Tables, ray: &Ray, root: u32, stack: &mut Stack) -> bo
         } else {
             let node = &tables.nodes[next as usize];
             let (entry, hit) = boxes.test(&node.bounds, best_wide);
-            // Nearest first: on shadow rays of big scenes better than unsorted, one ray at a time.
+            // Nearest first; streams, which sort nothing here, are the fast walk for any hit.
             let (order, _) = sort_children(entry, hit);
             U32x8::from_array(node.children).permute(order).store(words, top);
             top += hit.count() as usize;

@@ -11,6 +11,7 @@ use super::prefetch::prefetch;
 use super::ray::{HitPacket, NO_HIT, RayPacket};
 use super::sort::sort_children;
 use super::triangle::{PERMUTATION, dominant_axis8, edges, sheared};
+use super::walk_packet::finite;
 use super::walk_single::Tables;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
@@ -121,7 +122,8 @@ impl Stream {
         (pick(d.y, d.z, d.x) / dz).store(&mut rays.shear_x, first);
         (pick(d.z, d.x, d.y) / dz).store(&mut rays.shear_y, first);
         (F32x8::ONE / dz).store(&mut rays.shear_z, first);
-        packet.tmin.store(&mut rays.tmin, first);
+        // Beyond infinity nothing is hit, and no box entered.
+        finite(packet).select(packet.tmin, F32x8::splat(f32::INFINITY)).store(&mut rays.tmin, first);
         let kz = is_x.select_u32(U32x8::ZERO, is_y.select_u32(U32x8::splat(1), U32x8::splat(2)));
         kz.store(&mut rays.kz, first);
         packet.tmax.store(&mut rays.t, first);

@@ -3,9 +3,11 @@
 //! **Invariant:** a stage that is not needed is not in the list, is never called, and its queue holds no memory.
 
 use super::counters::Stage;
+use super::generate_camera_rays::{self, CameraStage};
 use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
-use crate::bvh::RayKind;
+use crate::bvh::{RayKind, Walk};
+use crate::scene::desc::PixelFilter;
 use crate::scene::lights::selection_name;
 use crate::settings::Strategy;
 use crate::setup::Setup;
@@ -39,6 +41,8 @@ pub struct Plan {
     pub left_out: Vec<LeftOut>,
     /// Queues that exist.
     pub needs: QueueNeeds,
+    /// The camera stage of this lens and filter.
+    pub generate_camera_rays: CameraStage,
     /// The diffuse stage of this strategy.
     pub shade_diffuse: SurfaceStage,
     /// The mirror stage of this strategy.
@@ -74,6 +78,7 @@ impl Plan {
             stages: stages(setup, needs),
             left_out: left_out(setup),
             needs,
+            generate_camera_rays: generate_camera_rays::variant(setup),
             shade_diffuse,
             shade_mirror,
             only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
@@ -126,8 +131,11 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (true, false) => "to light points and the environment",
     };
     let weight = if needs.pdf { "weighed by density" } else { "weighed by strategy" };
+    let lens = if setup.camera.lens.is_some() { "thin lens" } else { "pinhole" };
+    let filter = if setup.camera.filter == PixelFilter::Box { "box" } else { "tent" };
+    let camera = format!("{lens}, {filter} filter");
     let list = [
-        (Stage::GenerateCameraRays, true, "pinhole, box filter".to_string()),
+        (Stage::GenerateCameraRays, true, camera),
         (Stage::IntersectClosest, true, walks(setup)),
         (Stage::SortHits, true, "one queue a material kind".to_string()),
         (Stage::ShadeMiss, needs.misses, format!("constant environment, {weight}")),
@@ -143,8 +151,13 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
 
 /// How rays walk the tree, by kind.
 fn walks(setup: &Setup) -> String {
-    let bvh = &setup.scene.bvh;
-    format!("camera {:?}, bounce {:?}", bvh.walk_for_closest(RayKind::Camera), bvh.walk_for_closest(RayKind::Bounce))
+    let word = |kind: RayKind| match setup.scene.bvh.first_choice(kind) {
+        Walk::Single => "one by one",
+        Walk::Packet(_) => "packets (streams where they part)",
+        Walk::Stream => "streams",
+        Walk::Flat => "packets through a list",
+    };
+    format!("camera rays: {}; after a bounce: {}", word(RayKind::Camera), word(RayKind::Bounce))
 }
 
 fn left_out(setup: &Setup) -> Vec<LeftOut> {
@@ -163,10 +176,10 @@ fn left_out(setup: &Setup) -> Vec<LeftOut> {
     for what in ["conductor", "dielectric", "plastic"] {
         unless(false, what, "no material is one".into());
     }
-    unless(false, "lens", "the camera is a pinhole".into());
+    unless(setup.camera.lens.is_some(), "lens", "the camera is a pinhole".into());
     unless(false, "smooth normals", "surfaces are shaded with their true normals".into());
     unless(false, "cut-outs", "no material is cut out".into());
-    unless(false, "pixel filter", "the box filter needs no weights".into());
+    unless(setup.camera.filter != PixelFilter::Box, "pixel filter", "the box filter needs no weights".into());
     let selects = setup.samples_lights() && setup.lights.records.len() > 1;
     let single = if setup.lights.records.len() == 1 { "there is one light" } else { "there is nothing to choose from" };
     let why = if setup.strategy.samples_lights() { single.to_string() } else { strategy.clone() };

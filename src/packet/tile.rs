@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use super::counters::{Counters, Stage};
-use super::generate_camera_rays::generate_camera_rays;
 use super::plan::Plan;
 use super::shade_emitter::shade_emitter;
 use super::shade_miss::shade_miss;
@@ -16,7 +15,7 @@ use crate::setup::Setup;
 
 /// Follows the paths in `state.slots` (pixel and sample set, radiance 0) to their ends; their radiance is then in the slots.
 pub fn trace_paths(setup: &Setup, plan: &Plan, state: &mut TileState, counters: &mut Counters) {
-    let mut clock = begin(setup, state, counters);
+    let mut clock = begin(setup, plan, state, counters);
     let mut depth = 0;
     while state.paths.len > 0 {
         clock = step(setup, plan, state, counters, depth, clock);
@@ -25,9 +24,9 @@ pub fn trace_paths(setup: &Setup, plan: &Plan, state: &mut TileState, counters: 
 }
 
 /// The camera rays of the paths in `state.slots`: they are then in `state.paths`. Returns now, for [`step`].
-pub fn begin(setup: &Setup, state: &mut TileState, counters: &mut Counters) -> Instant {
+pub fn begin(setup: &Setup, plan: &Plan, state: &mut TileState, counters: &mut Counters) -> Instant {
     let clock = Instant::now();
-    generate_camera_rays(setup, state);
+    (plan.generate_camera_rays)(setup, state);
     counters.paths += state.slots.len as u64;
     counters.note(Stage::GenerateCameraRays, state.slots.len, clock)
 }

@@ -16,7 +16,7 @@ pub fn trace_path(setup: &Setup, plan: &Plan, (x, y): (u32, u32), sample: u32) -
     state.slots.pixel[0] = pixel_address(x, y);
     state.slots.sample[0] = sample;
     state.slots.len = 1;
-    let mut clock = tile::begin(setup, &mut state, &mut counters);
+    let mut clock = tile::begin(setup, plan, &mut state, &mut counters);
     let mut steps = Vec::new();
     while state.paths.len > 0 {
         clock = tile::step(setup, plan, &mut state, &mut counters, steps.len() as u32, clock);

@@ -26,6 +26,14 @@ pub fn sample_uniform_hemisphere(u: [F32x8; 2]) -> Vec3x8 {
     Vec3x8::new(radius * cosine, radius * sine, z)
 }
 
+/// Points uniform over the unit disk (pbrt-v4 appendix A.5.1, polar).
+#[inline(always)]
+pub fn sample_uniform_disk(u: [F32x8; 2]) -> [F32x8; 2] {
+    let radius = u[0].sqrt();
+    let (sine, cosine) = sin_cos_turns(u[1]);
+    [radius * cosine, radius * sine]
+}
+
 /// Barycentric weights of points uniform over triangles (Turk 1990).
 #[inline(always)]
 pub fn sample_uniform_triangle(u: [F32x8; 2]) -> [F32x8; 3] {

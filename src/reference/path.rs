@@ -4,9 +4,11 @@ use super::bsdf::{BsdfSample, sample_diffuse, sample_diffuse_uniformly, sample_m
 use super::intersect::{Ray, intersect, occluded, stack};
 use super::light::{LightSample, environment_pdf_dir, light_pdf_dir, sample_light};
 use super::surface::{SurfacePoint, surface_point};
+use super::warp::sample_uniform_disk;
 use super::{Real, Vec3, bsdf, intersect, mis, vec3};
 use crate::bvh::ray::NO_HIT;
 use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
+use crate::scene::desc::PixelFilter;
 use crate::scene::prepare::{MaterialKind, NO_LIGHT};
 use crate::settings::{DEPTH_GUARD, Strategy};
 use crate::setup::Setup;
@@ -175,11 +177,28 @@ fn direct_light<R: FnMut(TraceVertex)>(
 fn camera_ray(setup: &Setup, x: u32, y: u32, words: [u32; 4]) -> Ray {
     let camera = &setup.camera;
     // The film position is rounded to f32 in every copy of the reference: it is part of the sample's address.
-    let film_x = (x as f32 + unit(words[0])) as Real;
-    let film_y = (y as f32 + unit(words[1])) as Real;
-    let direction = vec3(camera.corner) + vec3(camera.right) * film_x + vec3(camera.down) * film_y;
+    let film_x = (x as f32 + offset_in_pixel(camera.filter, unit(words[0]))) as Real;
+    let film_y = (y as f32 + offset_in_pixel(camera.filter, unit(words[1]))) as Real;
+    let mut origin = vec3(camera.origin);
+    let mut direction = vec3(camera.corner) + vec3(camera.right) * film_x + vec3(camera.down) * film_y;
+    if let Some(lens) = &camera.lens {
+        let [x, y] = sample_uniform_disk([unit(words[2]) as Real, unit(words[3]) as Real]);
+        let on_lens = vec3(lens.right) * x + vec3(lens.up) * y;
+        origin += on_lens;
+        direction = direction * lens.focus_distance as Real - on_lens;
+    }
     let direction = direction * (1.0 / direction.dot(direction).sqrt());
-    Ray { origin: vec3(camera.origin), direction, tmin: 0.0, tmax: Real::INFINITY }
+    Ray { origin, direction, tmin: 0.0, tmax: Real::INFINITY }
+}
+
+/// Where in (or, for the tent, about) its pixel a sample lies, from a number in [0, 1): 0.5 is the centre.
+fn offset_in_pixel(filter: PixelFilter, u: f32) -> f32 {
+    match filter {
+        PixelFilter::Box => u,
+        // The inverse of the tent's distribution function.
+        PixelFilter::Tent if u < 0.5 => (2.0 * u).sqrt() - 0.5,
+        PixelFilter::Tent => 1.5 - (2.0 - 2.0 * u).sqrt(),
+    }
 }
 
 /// What a light sample counts (design table, column "light samples").

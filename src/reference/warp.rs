@@ -27,6 +27,13 @@ pub fn uniform_hemisphere_pdf_dir() -> Real {
     INV_2PI
 }
 
+/// A point uniform over the unit disk (pbrt-v4 appendix A.5.1, polar).
+pub fn sample_uniform_disk(u: [Real; 2]) -> [Real; 2] {
+    let radius = u[0].sqrt();
+    let (sine, cosine) = sin_cos_turns(u[1]);
+    [radius * cosine, radius * sine]
+}
+
 /// Barycentric weights of a point uniform over a triangle's area (Turk 1990; Osada et al. 2002).
 pub fn sample_uniform_triangle(u: [Real; 2]) -> [Real; 3] {
     let root = u[0].sqrt();

@@ -1,7 +1,9 @@
 //! Scenes made in code: `builtin:NAME`. Only exactly rounded operations, so every machine makes the same bits.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc, TriangleDesc};
+use crate::scene::desc::{
+    CameraDesc, EnvironmentDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc, TriangleDesc,
+};
 use crate::scene::nearest::nearest;
 use crate::scene::validate;
 use glam::DVec3;
@@ -81,8 +83,10 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
             look_at: [1.0, 0.8, -1.0],
             up: [0.0, 1.0, 0.0],
             vertical_fov: 58.0,
+            ..CameraDesc::default()
         },
         film: (512, 512),
+        filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(16), ..RenderDesc::default() },
         positions: mesh.positions,
         triangles: mesh.triangles,

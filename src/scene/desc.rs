@@ -11,6 +11,8 @@ pub struct SceneDesc {
     pub camera: CameraDesc,
     /// Film size in pixels (width, height).
     pub film: (u32, u32),
+    /// How samples are spread about a pixel's centre.
+    pub filter: PixelFilter,
     /// What the file's `[render]` table sets.
     pub render: RenderDesc,
     /// Vertex positions in world space, scene units; transformed in f64 and rounded once; all finite.
@@ -75,11 +77,22 @@ pub struct CameraDesc {
     pub up: [f64; 3],
     /// Full vertical field of view, in (0, 180) degrees.
     pub vertical_fov: f64,
+    /// Radius of the thin lens, scene units; 0: a pinhole.
+    pub aperture_radius: f64,
+    /// Distance of the plane in focus from the eye, along the axis, scene units; above 0. Of no effect on a pinhole.
+    pub focus_distance: f64,
 }
 
 impl Default for CameraDesc {
     fn default() -> Self {
-        CameraDesc { position: [0.0, 0.0, 1.0], look_at: [0.0; 3], up: [0.0, 1.0, 0.0], vertical_fov: 35.0 }
+        CameraDesc {
+            position: [0.0, 0.0, 1.0],
+            look_at: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            vertical_fov: 35.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+        }
     }
 }
 
@@ -88,6 +101,17 @@ impl Default for CameraDesc {
 pub struct EnvironmentDesc {
     /// W sr^-1 m^-2, linear Rec.709; at least one channel above 0.
     pub radiance: [f64; 3],
+}
+
+/// The pixel filter, imposed by where samples are put (filter importance sampling, Ernst et al. 2006): every sample then
+/// has weight 1 in its own pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PixelFilter {
+    /// Uniform over the pixel.
+    #[default]
+    Box,
+    /// A tent over two pixels' width.
+    Tent,
 }
 
 /// What `[render]` of a scene file sets; `None` where it is silent.

@@ -45,7 +45,7 @@ impl SceneDesc {
 
 fn load_toml(path: &Path) -> Result<SceneDesc> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-    let SceneFile { camera, film, render, meshes, materials, environment } =
+    let SceneFile { camera, film, filter, render, meshes, materials, environment } =
         parse::parse_scene(path, &parse::toml_text(path, bytes)?)?;
     if meshes.is_empty() {
         return Err(Error::parse(path, None, "no triangles: add a [[mesh]] with obj = \"FILE.obj\""));
@@ -55,7 +55,7 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
         scene.add_mesh(&path.with_file_name("").join(&mesh.obj), &mesh.transform, Some((path, mesh.line)))?;
     }
     let mut scene = scene.finish(&materials)?;
-    (scene.film, scene.render, scene.environment) = (film, render, environment);
+    (scene.film, scene.filter, scene.render, scene.environment) = (film, filter, render, environment);
     match camera {
         Some(camera) => scene.camera = camera,
         None => frame(&mut scene)?,
@@ -255,6 +255,7 @@ fn frame(scene: &mut SceneDesc) -> Result<()> {
         look_at: centre,
         up: [0.0, 1.0, 0.0],
         vertical_fov: fov,
+        ..CameraDesc::default()
     };
     if let Some(fault) = validate::camera_fault(&scene.camera) {
         let message = format!("its box {low:?} to {high:?} cannot be framed: {fault}");

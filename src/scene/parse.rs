@@ -1,7 +1,7 @@
 //! A TOML scene file's text into what it says. Reads no other file; every fault names its line.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, RenderDesc};
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, PixelFilter, RenderDesc};
 use crate::scene::toml_reader::{Document, Table};
 use crate::scene::transform::{self, Transform};
 use crate::scene::validate;
@@ -22,6 +22,8 @@ pub struct SceneFile {
     pub camera: Option<CameraDesc>,
     /// Film size in pixels.
     pub film: (u32, u32),
+    /// The pixel filter.
+    pub filter: PixelFilter,
     /// Defaults for rendering.
     pub render: RenderDesc,
     /// The meshes, in file order.
@@ -79,10 +81,12 @@ pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
         Some(value) => document.table(format!("[{key}]"), value).map(Some),
         None => Ok(None),
     };
-    let film = section("film")?.map(|t| parse_film(&t)).transpose()?.unwrap_or(DEFAULT_FILM);
+    let film = section("film")?.map(|t| parse_film(&t)).transpose()?;
+    let (film, filter) = film.unwrap_or((DEFAULT_FILM, PixelFilter::Box));
     Ok(SceneFile {
         camera: section("camera")?.map(|t| parse_camera(&t)).transpose()?,
         film,
+        filter,
         render: section("render")?.map(|t| parse_render(&t)).transpose()?.unwrap_or_default(),
         meshes: parse_meshes(&root)?,
         materials: section("material")?.map(|t| parse_materials(&t)).transpose()?.unwrap_or_default(),
@@ -93,22 +97,22 @@ pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
 fn parse_camera(table: &Table<'_>) -> Result<CameraDesc> {
     table.check_keys(&["position", "look_at", "up", "vertical_fov", "aperture_radius", "focus_distance"], &[])?;
     let default = CameraDesc::default();
+    let position = table.need("position", table.vector("position")?)?;
+    let look_at = table.need("look_at", table.vector("look_at")?)?;
     let camera = CameraDesc {
-        position: table.need("position", table.vector("position")?)?,
-        look_at: table.need("look_at", table.vector("look_at")?)?,
+        position,
+        look_at,
         up: table.vector("up")?.unwrap_or(default.up),
         vertical_fov: table.number("vertical_fov")?.unwrap_or(default.vertical_fov),
+        aperture_radius: table.number("aperture_radius")?.unwrap_or(default.aperture_radius),
+        // A lens that does not say is in focus where the camera looks at; `camera_fault` judges it.
+        focus_distance: table.number("focus_distance")?.unwrap_or_else(|| {
+            match transform::distance(position, look_at) {
+                0.0 => default.focus_distance,
+                distance => distance,
+            }
+        }),
     };
-    match table.number("aperture_radius")? {
-        Some(radius) if radius < 0.0 => return Err(table.error_at("aperture_radius", "`aperture_radius` is negative")),
-        Some(radius) if radius > 0.0 => {
-            return Err(table.not_yet("aperture_radius", "a thin lens (`aperture_radius` above 0)"));
-        }
-        _ => {}
-    }
-    if table.number("focus_distance")?.is_some_and(|distance| distance <= 0.0) {
-        return Err(table.error_at("focus_distance", "`focus_distance` must be above 0"));
-    }
     match validate::camera_fault(&camera) {
         // The line of the key to change: the fault's text begins with its name.
         Some(fault) => Err(table.error_at(fault.split([' ', ',']).next().unwrap_or_default(), fault)),
@@ -116,11 +120,19 @@ fn parse_camera(table: &Table<'_>) -> Result<CameraDesc> {
     }
 }
 
-fn parse_film(table: &Table<'_>) -> Result<(u32, u32)> {
-    table.check_keys(&["width", "height"], &[])?;
+fn parse_film(table: &Table<'_>) -> Result<((u32, u32), PixelFilter)> {
+    table.check_keys(&["width", "height", "filter"], &[])?;
     let width = table.whole("width", 1..=MAX_FILM_SIDE)?.unwrap_or(DEFAULT_FILM.0);
     let height = table.whole("height", 1..=MAX_FILM_SIDE)?.unwrap_or(DEFAULT_FILM.1);
-    Ok((width, height))
+    let filter = match table.string("filter")? {
+        None | Some("box") => PixelFilter::Box,
+        Some("tent") => PixelFilter::Tent,
+        Some(other) => {
+            let message = format!("unknown filter \"{other}\"; known: \"box\", \"tent\"");
+            return Err(table.error_at("filter", message));
+        }
+    };
+    Ok(((width, height), filter))
 }
 
 fn parse_render(table: &Table<'_>) -> Result<RenderDesc> {

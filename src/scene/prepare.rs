@@ -5,7 +5,7 @@ use std::time::Instant;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::desc::{CameraDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc};
+use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
 use super::validate::is_degenerate;
 use crate::bvh::Bvh;
 use crate::error::{Error, Result};
@@ -96,6 +96,8 @@ pub struct PreparedScene {
     pub camera: CameraDesc,
     /// The film size the scene asks for (width, height).
     pub film: (u32, u32),
+    /// How samples are spread about a pixel's centre.
+    pub filter: PixelFilter,
     /// What the scene file's `[render]` sets.
     pub render: RenderDesc,
     /// Per triangle id, what shading reads.
@@ -150,6 +152,7 @@ impl PreparedScene {
             name: desc.name.clone(),
             camera: desc.camera,
             film: desc.film,
+            filter: desc.filter,
             render: desc.render,
             triangles,
             classes,

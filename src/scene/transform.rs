@@ -37,6 +37,11 @@ impl Transform {
     }
 }
 
+/// The distance between two points.
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    glam::DVec3::from(a).distance(glam::DVec3::from(b))
+}
+
 /// The matrix that turns by `degrees` about `axis` (any length but 0), counter-clockwise seen from the axis' tip: the
 /// formula of Rodrigues. Quarter turns are exact.
 pub fn rotation(axis: [f64; 3], degrees: f64) -> [[f64; 3]; 3] {

@@ -27,6 +27,12 @@ pub fn camera_fault(camera: &CameraDesc) -> Option<&'static str> {
     if !(camera.vertical_fov > 0.0 && camera.vertical_fov < 180.0) {
         return Some("vertical_fov must lie between 0 and 180 degrees, both excluded");
     }
+    if !(camera.aperture_radius >= 0.0 && fits_f32(camera.aperture_radius)) {
+        return Some("aperture_radius must be 0 (a pinhole) or above, and finite");
+    }
+    if !(camera.focus_distance > 0.0 && fits_f32(camera.focus_distance)) {
+        return Some("focus_distance must be above 0 and finite");
+    }
     let forward = DVec3::from(camera.look_at) - DVec3::from(camera.position);
     let up = DVec3::from(camera.up);
     // Below 1e-140 the squares vanish in f64 and there is no direction left.

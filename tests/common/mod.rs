@@ -4,11 +4,12 @@
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 5] = [
+pub const SCENES: [&str; 6] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
     "scenes/furnace.toml",
+    "scenes/lens.toml",
     "builtin:heavy:20000",
 ];
 
@@ -111,13 +112,23 @@ impl Maker {
     }
 
     /// Looks from `position` at `look_at` with a field of view of `fov` degrees; then ready.
-    pub fn seen(mut self, position: [f64; 3], look_at: [f64; 3], fov: f64) -> PreparedScene {
-        let up = if (position[0] - look_at[0]).abs() + (position[2] - look_at[2]).abs() < 1e-9 {
-            [0.0, 0.0, 1.0]
-        } else {
-            [0.0, 1.0, 0.0]
-        };
-        self.desc.camera = octray::scene::desc::CameraDesc { position, look_at, up, vertical_fov: fov };
+    pub fn seen(self, position: [f64; 3], look_at: [f64; 3], fov: f64) -> PreparedScene {
+        self.seen_through(position, look_at, fov, 0.0, 1.0)
+    }
+
+    /// [`Maker::seen`] through a thin lens.
+    pub fn seen_through(
+        mut self,
+        position: [f64; 3],
+        look_at: [f64; 3],
+        vertical_fov: f64,
+        aperture_radius: f64,
+        focus_distance: f64,
+    ) -> PreparedScene {
+        let along_y = (position[0] - look_at[0]).abs() + (position[2] - look_at[2]).abs() < 1e-9;
+        let up = if along_y { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
+        self.desc.camera =
+            octray::scene::desc::CameraDesc { position, look_at, up, vertical_fov, aperture_radius, focus_distance };
         self.desc.film = (4, 4);
         self.desc.name = "a test's scene".into();
         PreparedScene::new(&self.desc).unwrap_or_else(|error| panic!("{error}"))
