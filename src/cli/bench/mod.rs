@@ -94,7 +94,7 @@ fn ray_cases<'a>(
             let row = Row {
                 what: what.clone(),
                 engine: finder.name(),
-                walk: finder.walk(set, question).map(|walk| format!("{walk:?}")),
+                walk: finder.walk(set),
                 clock: "cpu",
                 items: set.count() as u64,
                 hits: Some(answers.hits(set)),
@@ -184,7 +184,7 @@ fn percent(share: Option<f64>) -> String {
 /// One line a kind of ray and question, the finders side by side.
 fn ray_table(rows: &[Row]) -> String {
     let heading =
-        ["  rays", "count", "hit", "packet", "walk", "lanes used", "one ray", "scalar", "obvhs", "obvhs differs on"];
+        ["  rays", "count", "hit", "packet", "by", "lanes used", "one ray", "scalar", "obvhs", "obvhs differs on"];
     let mut lines = vec![heading.map(str::to_owned).to_vec()];
     let rows: Vec<&Row> = rows.iter().filter(|row| row.hits.is_some()).collect();
     for finders in rows.chunk_by(|a, b| a.what == b.what) {

@@ -64,7 +64,7 @@ pub fn record(scene: &PreparedScene, settings: &Settings) -> Vec<RaySet> {
     for (x, y) in corners {
         let area = Crop { x, y, width: TILE.0.min(width - x), height: TILE.1.min(height - y) };
         fill_slots(&mut state.slots, &mut Vec::new(), area, 0, 1);
-        let mut clock = tile::begin(&setup, &mut state, &mut counters);
+        let mut clock = tile::begin(&setup, &plan, &mut state, &mut counters);
         for depth in 0..4 {
             match depth {
                 0 => camera.push(&state.paths.rays, state.paths.len),

@@ -3,7 +3,7 @@
 
 use super::rays::{RaySet, RayTile};
 use crate::bvh::ray::{HitQueue, NO_HIT, RayQueue};
-use crate::bvh::{Bvh, Scratch, Walk, WalkCounters};
+use crate::bvh::{Bvh, RayKind, Scratch, Walk, WalkCounters};
 use crate::clock::thread_cpu_seconds;
 use crate::lanes::LANES;
 use crate::reference::single::intersect::{Ray, Stack, intersect, occluded, stack};
@@ -105,13 +105,17 @@ impl<'a> Finder<'a> {
         !matches!(self, Finder::Obvhs(_))
     }
 
-    /// How the tree is walked, where there is a choice.
-    pub fn walk(&self, set: &RaySet, question: Question) -> Option<Walk> {
-        match (self, question) {
-            (Finder::Engine(bvh, _), Question::Closest) => Some(bvh.walk_for_closest(set.kind)),
-            (Finder::Engine(bvh, _), Question::Any) => Some(bvh.walk_for_any(set.kind)),
-            _ => None,
-        }
+    /// How the tree is walked, where there is a choice: the first one, and what rays that part soon are left to.
+    pub fn walk(&self, set: &RaySet) -> Option<String> {
+        let Finder::Engine(bvh, _) = self else { return None };
+        let word = |kind: RayKind| match bvh.first_choice(kind) {
+            Walk::Single => "one ray",
+            Walk::Packet(_) => "packet",
+            Walk::Stream => "stream",
+            Walk::Flat => "list",
+        };
+        let (first, scattered) = (word(set.kind), word(RayKind::Bounce));
+        Some(if first == scattered { first.to_owned() } else { format!("{first}, else {scattered}") })
     }
 
     /// Answers `question` about every ray of `set`; CPU seconds of this thread and what packet walks counted.
