@@ -11,7 +11,7 @@ use crate::clock::Stopwatch;
 use crate::film::{ErrorSums, Film, NonFinite, Pixel};
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
-use crate::packet::state::TileState;
+use crate::packet::state::{Slots, TileState};
 use crate::packet::tile::trace_paths;
 use crate::reference::single;
 use crate::sampler::pixel_address;
@@ -235,7 +235,7 @@ impl Job<'_> {
         let mut first = range.start;
         while first < range.end {
             let count = samples_at_once.min(range.end - first);
-            fill_slots(state, &mut worker.pixel_of_slot, tile.area, first, count);
+            fill_slots(&mut state.slots, &mut worker.pixel_of_slot, tile.area, first, count);
             trace_paths(self.setup, self.plan, state, &mut worker.counters);
             let clock = std::time::Instant::now();
             for slot in 0..state.slots.len {
@@ -275,9 +275,9 @@ impl Tile {
 
 /// Addresses of `count` samples from `first` of every pixel of `area`. Slots go through blocks of 4x4 pixels, each as two
 /// halves of 4x2, sample by sample, so that eight or sixteen neighbouring lanes hold neighbouring camera rays.
-fn fill_slots(state: &mut TileState, pixel_of_slot: &mut Vec<u32>, area: Crop, first: u32, count: u32) {
+/// `pixel_of_slot` becomes each slot's pixel, counted row by row in `area`.
+pub fn fill_slots(slots: &mut Slots, pixel_of_slot: &mut Vec<u32>, area: Crop, first: u32, count: u32) {
     pixel_of_slot.clear();
-    let slots = &mut state.slots;
     let mut len = 0;
     for block_y in (0..area.height).step_by(4) {
         for block_x in (0..area.width).step_by(4) {

@@ -323,10 +323,24 @@ fn bench_rows_have_the_contract_keys() {
     let output = octray(&["bench", CORNELL, "--runs", "1", "--json"]);
     assert!(output.status.success(), "{}", stderr(&output));
     let rows: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
-    for row in rows.as_array().unwrap() {
+    let rows = rows.as_array().unwrap();
+    for row in rows {
         assert!(row["what"].is_string() && row["engine"].is_string() && row["runs"] == 1, "{row}");
         assert!(row["mrays_per_s"].is_f64() || row["ns_per_item"].is_f64(), "{row}");
+        assert!(row.get("lanes_used").is_some() && (row["clock"] == "cpu" || row["clock"] == "wall"), "{row}");
     }
+    for what in ["camera", "shadow", "bounce 1", "bounce 3"].map(|rays| format!("{rays} closest")) {
+        let of = |engine: &str| rows.iter().find(|row| row["what"] == what && row["engine"] == engine).unwrap();
+        let packet = of("packet");
+        assert!(packet["hits"].as_u64() > Some(0) && packet["walk"].is_string(), "{packet}");
+        for engine in ["one ray", "scalar", "obvhs"].map(of) {
+            assert!(engine["mrays_per_s"].as_f64() > Some(0.0), "{engine}");
+            assert!(engine["engine"] == "obvhs" || engine["hits"] == packet["hits"], "{engine}");
+        }
+    }
+    let renders = rows.iter().filter(|row| row["what"] == "render" && row["mpaths_per_s"].as_f64() > Some(0.0));
+    assert_eq!(renders.count(), 2);
+    assert!(rows.iter().any(|row| row["what"] == "intersect_shadow" && row["clock"] == "wall"));
 }
 
 #[test]

@@ -100,7 +100,7 @@ fn report_usage(error: &clap::Error) -> u8 {
     error.exit_code() as u8
 }
 
-fn report(error: &Error) {
+fn report(error: &impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "error: {error}");
 }
 
