@@ -23,6 +23,12 @@ pub enum Stage {
     ShadeDiffuse,
     /// Mirrors.
     ShadeMirror,
+    /// Rough metals.
+    ShadeConductor,
+    /// Glass.
+    ShadeDielectric,
+    /// Coated surfaces.
+    ShadePlastic,
     /// Shadow rays.
     IntersectShadow,
     /// Radiance to the film.
@@ -30,7 +36,7 @@ pub enum Stage {
 }
 
 /// How many stages there are.
-pub const STAGES: usize = 9;
+pub const STAGES: usize = 12;
 
 impl Stage {
     /// Every stage.
@@ -42,6 +48,9 @@ impl Stage {
         Stage::ShadeEmitter,
         Stage::ShadeDiffuse,
         Stage::ShadeMirror,
+        Stage::ShadeConductor,
+        Stage::ShadeDielectric,
+        Stage::ShadePlastic,
         Stage::IntersectShadow,
         Stage::AddToFilm,
     ];
@@ -56,6 +65,9 @@ impl Stage {
             Stage::ShadeEmitter => "shade_emitter",
             Stage::ShadeDiffuse => "shade_diffuse",
             Stage::ShadeMirror => "shade_mirror",
+            Stage::ShadeConductor => "shade_conductor",
+            Stage::ShadeDielectric => "shade_dielectric",
+            Stage::ShadePlastic => "shade_plastic",
             Stage::IntersectShadow => "intersect_shadow",
             Stage::AddToFilm => "add_to_film",
         }

@@ -9,6 +9,8 @@ use crate::scene::lights::{LightTable, Selection};
 pub struct LightSamples {
     /// Lanes whose sample can contribute; the others hold anything.
     pub valid: Mask8,
+    /// Unit directions to the lights.
+    pub direction: Vec3x8,
     /// Cosines at the surfaces.
     pub cosine: F32x8,
     /// Radiance that arrives if nothing is in between.
@@ -32,6 +34,7 @@ pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, word: U32x8, u
             let (a, b) = (sample_environment(lights, points, u), sample_triangles(lights, points, word << 1, u));
             LightSamples {
                 valid: (sky & a.valid) | b.valid.and_not(sky),
+                direction: sky.select_vec3(a.direction, b.direction),
                 cosine: sky.select(a.cosine, b.cosine),
                 radiance: sky.select_vec3(a.radiance, b.radiance),
                 pdf_dir: sky.select(a.pdf_dir, b.pdf_dir),
@@ -66,6 +69,7 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
     let pdf_dir = columns[15] * distance_squared / light_cosine;
     let zero = F32x8::ZERO;
     LightSamples {
+        direction,
         valid: distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero),
         cosine,
         radiance: Vec3x8::new(columns[12], columns[13], columns[14]),
@@ -78,13 +82,16 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
 /// A constant environment, sampled by a cosine hemisphere about the surface normals.
 #[inline(always)]
 fn sample_environment(lights: &LightTable, points: &SurfacePoints, u: [F32x8; 2]) -> LightSamples {
-    let local = sample_cosine_hemisphere(u);
+    let direction = to_world(sample_cosine_hemisphere(u), points.normal);
+    // From the rounded directions, as the BSDF will see them.
+    let cosine = points.normal.dot(direction);
     LightSamples {
-        valid: Mask8::ALL,
-        cosine: local.z,
+        valid: cosine.gt(F32x8::ZERO),
+        direction,
+        cosine,
         radiance: Vec3x8::splat(lights.environment.unwrap_or_default()),
-        pdf_dir: F32x8::splat(lights.environment_probability) * cosine_hemisphere_pdf_dir(local.z),
-        shadow_direction: to_world(local, points.normal),
+        pdf_dir: F32x8::splat(lights.environment_probability) * cosine_hemisphere_pdf_dir(cosine),
+        shadow_direction: direction,
         shadow_tmax: F32x8::splat(f32::INFINITY),
     }
 }

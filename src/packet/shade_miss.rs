@@ -3,6 +3,7 @@
 use super::plan::Plan;
 use super::shade_emitter::emission_weight;
 use super::state::{SLOT, TileState};
+use super::warp::cosine_hemisphere_pdf_dir;
 use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
 use crate::setup::Setup;
 
@@ -14,10 +15,12 @@ pub fn shade_miss(setup: &Setup, plan: &Plan, state: &mut TileState) {
     for first in (0..misses.len).step_by(LANES) {
         let (row, active) = misses.block(first);
         let slot = U32x8::gather(&paths.slot, row);
-        // The environment is sampled by a cosine hemisphere, so its density is the BSDF's times the selection's.
         let weight = if plan.needs.pdf {
             let pdf_dir = F32x8::gather(&paths.pdf_dir, row);
-            emission_weight(setup.strategy, slot, pdf_dir, probability * pdf_dir)
+            // The environment is sampled by a cosine hemisphere; so are diffuse surfaces, which then know the density.
+            let hemisphere =
+                if plan.needs.cosine { cosine_hemisphere_pdf_dir(F32x8::gather(&paths.cosine, row)) } else { pdf_dir };
+            emission_weight(setup.strategy, slot, pdf_dir, probability * hemisphere)
         } else {
             emission_weight(setup.strategy, slot, F32x8::ONE, F32x8::ONE)
         };

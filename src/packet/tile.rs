@@ -47,7 +47,7 @@ pub fn step(
     let last = depth == setup.max_depth;
     sort_hits(setup, plan, state, !last);
     if depth + 1 == DEPTH_GUARD {
-        counters.guarded += (state.diffuse.len + state.mirror.len) as u64;
+        counters.guarded += plan.surfaces.iter().map(|(stage, _)| state.surface_len(*stage) as u64).sum::<u64>();
     }
     clock = counters.note(Stage::SortHits, state.paths.len, clock);
 
@@ -61,13 +61,9 @@ pub fn step(
     }
     state.next.len = 0;
     state.shadow.len = 0;
-    if plan.needs.diffuse && !last {
-        (plan.shade_diffuse)(setup, plan, state, depth);
-        clock = counters.note(Stage::ShadeDiffuse, state.diffuse.len, clock);
-    }
-    if plan.needs.mirror && !last {
-        (plan.shade_mirror)(setup, plan, state, depth);
-        clock = counters.note(Stage::ShadeMirror, state.mirror.len, clock);
+    for (stage, shade) in plan.surfaces.iter().filter(|_| !last) {
+        shade(setup, plan, state, depth);
+        clock = counters.note(*stage, state.surface_len(*stage), clock);
     }
     if plan.needs.shadow && !last {
         intersect_shadow(setup, state, counters, depth);

@@ -53,13 +53,17 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, word: u32, u: [Re
 
 /// A constant environment, sampled by a cosine hemisphere about the surface normal.
 fn sample_environment(lights: &LightTable, point: &SurfacePoint, u: [Real; 2]) -> Option<LightSample> {
-    let local = sample_cosine_hemisphere(u);
-    let direction = to_world(local, point.normal);
+    let direction = to_world(sample_cosine_hemisphere(u), point.normal);
+    // From the rounded direction, as the BSDF will see it.
+    let cosine = point.normal.dot(direction);
+    if !(cosine > 0.0) {
+        return None;
+    }
     Some(LightSample {
         direction,
-        cosine: local.z,
+        cosine,
         radiance: vec3(lights.environment?),
-        pdf_dir: lights.environment_probability as Real * cosine_hemisphere_pdf_dir(local.z),
+        pdf_dir: environment_pdf_dir(lights, cosine),
         shadow_direction: direction,
         shadow_tmax: Real::INFINITY,
     })

@@ -23,6 +23,8 @@ pub mod bsdf;
 pub mod intersect;
 #[path = "light.rs"]
 pub mod light;
+#[path = "microfacet.rs"]
+pub mod microfacet;
 #[path = "mis.rs"]
 pub mod mis;
 #[path = "path.rs"]
