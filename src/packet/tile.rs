@@ -86,7 +86,7 @@ fn intersect_closest(setup: &Setup, state: &mut TileState, counters: &mut Counte
     };
     *count += state.paths.len as u64;
     let TileState { paths, hits, scratch, .. } = state;
-    setup.scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.walk);
+    setup.scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.closest_walk);
 }
 
 /// Stage: shadow rays that nothing blocks add their contribution.
@@ -94,7 +94,7 @@ fn intersect_shadow(setup: &Setup, state: &mut TileState, counters: &mut Counter
     let TileState { shadow, slots, scratch, .. } = state;
     counters.rays.shadow += shadow.len as u64;
     let ShadowQueue { rays, blocked, len, .. } = shadow;
-    setup.scene.bvh.occluded_queue(RayKind::Shadow, rays, 0..*len, blocked, scratch, &mut counters.walk);
+    setup.scene.bvh.occluded_queue(RayKind::Shadow, rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
     for first in (0..shadow.len).step_by(LANES) {
         let active = Mask8::first((shadow.len - first).min(LANES)).bits();
         let free = active & !shadow.blocked[first / LANES];

@@ -150,6 +150,7 @@ fn render_rows(prepared: &PreparedScene, settings: &Settings) -> Vec<Row> {
         clock: "wall",
         items: stage.lanes_used,
         lanes_used: share(stage.lanes_used, stage.lanes_possible),
+        walk_lanes_used: share(stage.walk_lanes_used.unwrap_or(0), stage.walk_lanes_possible.unwrap_or(0)),
         ..Row::default()
     });
     std::iter::once(whole).chain(stages).collect()
@@ -217,10 +218,12 @@ fn render_table(rows: &[Row]) -> String {
 }
 
 fn stage_table(rows: &[Row]) -> String {
-    let mut lines = vec![["  stage", "ns/item", "items", "lanes used"].map(str::to_owned).to_vec()];
+    let mut lines =
+        vec![["  stage", "ns/item", "items", "lanes used", "in the tree's packets"].map(str::to_owned).to_vec()];
     for row in rows.iter().filter(|row| row.ns_per_item.is_some()) {
         let what = format!("  {}", row.what);
-        lines.push(vec![what, number(row.ns_per_item), row.items.to_string(), percent(row.lanes_used)]);
+        let lanes = [row.lanes_used, row.walk_lanes_used].map(percent);
+        lines.push([vec![what, number(row.ns_per_item), row.items.to_string()], lanes.to_vec()].concat());
     }
     table(&lines)
 }
