@@ -70,7 +70,7 @@ pub fn step(
         clock = counters.note(Stage::ShadeMirror, state.mirror.len, clock);
     }
     if plan.needs.shadow && !last {
-        intersect_shadow(setup, state, counters);
+        intersect_shadow(setup, state, counters, depth);
         clock = counters.note(Stage::IntersectShadow, state.shadow.len, clock);
     }
     std::mem::swap(&mut state.paths, &mut state.next);
@@ -90,11 +90,13 @@ fn intersect_closest(setup: &Setup, state: &mut TileState, counters: &mut Counte
 }
 
 /// Stage: shadow rays that nothing blocks add their contribution.
-fn intersect_shadow(setup: &Setup, state: &mut TileState, counters: &mut Counters) {
+fn intersect_shadow(setup: &Setup, state: &mut TileState, counters: &mut Counters, depth: u32) {
     let TileState { shadow, slots, scratch, .. } = state;
     counters.rays.shadow += shadow.len as u64;
     let ShadowQueue { rays, blocked, len, .. } = shadow;
-    setup.scene.bvh.occluded_queue(RayKind::Shadow, rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
+    // Shadow rays of camera hits start close together; later ones are as scattered as the rays that found their origins.
+    let kind = if depth == 0 { RayKind::Shadow } else { RayKind::Bounce };
+    setup.scene.bvh.occluded_queue(kind, rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
     for first in (0..shadow.len).step_by(LANES) {
         let active = Mask8::first((shadow.len - first).min(LANES)).bits();
         let free = active & !shadow.blocked[first / LANES];

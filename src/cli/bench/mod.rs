@@ -162,13 +162,14 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
     let runs = rows.first().map_or(0, |row| row.runs);
     let (width, height) = (settings.width.unwrap_or(0), settings.height.unwrap_or(0));
     format!(
-        "{}, {}, {width} x {height} pixels, {}, one thread, medians of {runs} rounds\n\n\
+        "{}, {}, {width} x {height} pixels, {}, one thread, medians of {runs} round{}\n\n\
          rays from the engine's queues, Mrays/s of CPU time\n{}\n\
          whole renders, CPU time\n{}\n\
          stages of the packet engine, wall time\n{}",
         prepared.name,
         simd_level(),
         settings.strategy,
+        if runs == 1 { "" } else { "s" },
         ray_table(rows),
         render_table(rows),
         stage_table(rows),
