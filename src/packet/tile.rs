@@ -82,7 +82,7 @@ fn intersect_closest(setup: &Setup, state: &mut TileState, counters: &mut Counte
     };
     *count += state.paths.len as u64;
     let TileState { paths, hits, scratch, .. } = state;
-    setup.scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.walk);
+    setup.scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.closest_walk);
 }
 
 /// Stage: shadow rays that nothing blocks add their contribution.
@@ -92,7 +92,7 @@ fn intersect_shadow(setup: &Setup, state: &mut TileState, counters: &mut Counter
     let ShadowQueue { rays, blocked, len, .. } = shadow;
     // Shadow rays of camera hits start close together; later ones are as scattered as the rays that found their origins.
     let kind = if depth == 0 { RayKind::Shadow } else { RayKind::Bounce };
-    setup.scene.bvh.occluded_queue(kind, rays, 0..*len, blocked, scratch, &mut counters.walk);
+    setup.scene.bvh.occluded_queue(kind, rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
     for first in (0..shadow.len).step_by(LANES) {
         let active = Mask8::first((shadow.len - first).min(LANES)).bits();
         let free = active & !shadow.blocked[first / LANES];
