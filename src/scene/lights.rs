@@ -5,7 +5,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::prepare::PreparedScene;
+use super::prepare::{PreparedScene, TriangleRecord};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 
@@ -13,7 +13,8 @@ use crate::settings::Lights;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct LightRecord {
-    /// Vertices, scene units.
+    /// Vertices, scene units; those of slivers moved off the surface by [`super::margins::Margins::sliver`], so that
+    /// shadow rays to them end before it.
     pub vertices: [[f32; 3]; 3],
     /// Unit normal of the side that emits.
     pub normal: [f32; 3],
@@ -77,7 +78,7 @@ impl LightTable {
         let records = scene.emitters.iter().enumerate().map(|(i, emitter)| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
-                vertices: triangle.vertices,
+                vertices: off_the_surface(triangle),
                 normal: triangle.normal,
                 radiance: emitter.radiance,
                 pdf_area: (probability(i) / emitter.area) as f32,
@@ -131,6 +132,13 @@ impl LightTable {
         tables.retain(|table| table.1 > 0);
         tables
     }
+}
+
+/// The vertices of an emissive triangle as shadow rays aim at them.
+fn off_the_surface(triangle: &TriangleRecord) -> [[f32; 3]; 3] {
+    let offset = f64::from(triangle.sliver) * 0.5 * f64::from(f32::EPSILON);
+    let moved = |x: f32, axis: usize| (f64::from(x) + f64::from(triangle.normal[axis]) * offset) as f32;
+    triangle.vertices.map(|v| std::array::from_fn(|axis| moved(v[axis], axis)))
 }
 
 /// Vose's method: every column holds at most two lights and the columns are equally likely.
