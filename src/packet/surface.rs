@@ -45,7 +45,7 @@ pub struct SurfacePoints {
     pub material: U32x8,
 }
 
-/// The points with weights (1-u-v, u, v), a little inset, on `triangle`, hit by rays in directions `direction`.
+/// The points with weights (1-u-v, u, v), kept a little off the edges, on `triangle`, hit by rays in directions `direction`.
 #[inline(always)]
 pub fn surface_points(
     triangles: &[TriangleRecord],
@@ -56,8 +56,9 @@ pub fn surface_points(
 ) -> SurfacePoints {
     let columns = gather_records(triangles, triangle);
     let inset = columns[15] * F32x8::splat(HALF_ULP);
-    let keep = F32x8::ONE - F32x8::splat(3.0) * inset;
-    let weights = [F32x8::ONE - u - v, u, v].map(|weight| weight * keep + inset);
+    let (a, b, c) = ((F32x8::ONE - u - v).max(inset), u.max(inset), v.max(inset));
+    let scale = F32x8::ONE / (a + b + c);
+    let weights = [a * scale, b * scale, c * scale];
     let front_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let front: Mask8 = front_normal.dot(direction).lt(F32x8::ZERO);
     let normal = front.select_vec3(front_normal, -front_normal);

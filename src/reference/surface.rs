@@ -31,11 +31,12 @@ pub struct SurfacePoint {
     pub origin_behind: Vec3,
 }
 
-/// The point with weights (1-u-v, u, v), a little inset, on `triangle`, hit by a ray in direction `direction`.
+/// The point with weights (1-u-v, u, v), kept a little off the edges, on `triangle`, hit by a ray in direction `direction`.
 pub fn surface_point(triangle: &TriangleRecord, u: Real, v: Real, direction: Vec3) -> SurfacePoint {
     let inset = triangle.inset as Real * HALF_ULP;
-    let keep = 1.0 - 3.0 * inset;
-    let weights = [1.0 - u - v, u, v].map(|weight| weight * keep + inset);
+    let [a, b, c] = [1.0 - u - v, u, v].map(|weight| if weight > inset { weight } else { inset });
+    let scale = 1.0 / (a + b + c);
+    let weights = [a * scale, b * scale, c * scale];
     let front_normal = vec3(triangle.normal);
     let front = front_normal.dot(direction) < 0.0;
     let normal = if front { front_normal } else { -front_normal };
