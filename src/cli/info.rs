@@ -62,13 +62,16 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
 }
 
 fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) -> Info {
-    let plan = Plan::new(&Setup::new(prepared, settings));
+    let setup = Setup::new(prepared, settings);
+    let plan = Plan::new(&setup);
+    // The lights' tables depend on strategy and selection; making them may make tables of the scene's.
+    let tables = prepared.tables().into_iter().chain(setup.lights.tables());
     Info {
         scene: prepared.name.clone(),
         features: prepared.features,
         triangles: prepared.triangles.len(),
         lights: prepared.emitters.len() + prepared.environment.is_some() as usize,
-        tables: prepared.tables().into_iter().map(|(name, bytes)| Table { name, bytes }).collect(),
+        tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
         strategy: settings.strategy.name(),
         plan: plan.stages,
         left_out: plan.left_out,

@@ -1,9 +1,11 @@
 //! Light sampling for eight surface points at a time.
 
+use super::environment::{map_pdf_dir, sample_map};
 use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
-use crate::scene::lights::{LightTable, Selection};
+use crate::sampler::unit_x8;
+use crate::scene::lights::{EnvironmentLight, LightTable, Selection};
 
 /// Eight light samples as seen from eight surface points.
 pub struct LightSamples {
@@ -21,15 +23,18 @@ pub struct LightSamples {
     pub shadow_tmax: F32x8,
 }
 
-/// Draws a light sample for every lane. `word` selects the lights, `u` the points on them.
+/// Draws a light sample for every lane from the words of [`crate::sampler::light_block`].
 #[inline(always)]
-pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
-    match (lights.environment.is_some(), lights.records.is_empty()) {
-        (false, _) => sample_triangles(lights, points, word, u),
-        (true, true) => sample_environment(lights, points, u),
-        (true, false) => {
+pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, words: [U32x8; 4]) -> LightSamples {
+    let (word, fork) = (words[0], words[3] << 1);
+    let u = [unit_x8(words[1]), unit_x8(words[2])];
+    match (lights.environment, lights.records.is_empty()) {
+        (None, _) => sample_triangles(lights, points, word, u),
+        (Some(environment), true) => sample_environment(lights, environment, points, [word, fork], u),
+        (Some(environment), false) => {
             let sky = (word >> 31).eq(U32x8::splat(1));
-            let (a, b) = (sample_environment(lights, points, u), sample_triangles(lights, points, word << 1, u));
+            let a = sample_environment(lights, environment, points, [word << 1, fork], u);
+            let b = sample_triangles(lights, points, word << 1, u);
             LightSamples {
                 valid: (sky & a.valid) | b.valid.and_not(sky),
                 cosine: sky.select(a.cosine, b.cosine),
@@ -75,16 +80,34 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
     }
 }
 
-/// A constant environment, sampled by a cosine hemisphere about the surface normals.
+/// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance.
 #[inline(always)]
-fn sample_environment(lights: &LightTable, points: &SurfacePoints, u: [F32x8; 2]) -> LightSamples {
-    let local = sample_cosine_hemisphere(u);
+fn sample_environment(
+    lights: &LightTable,
+    environment: EnvironmentLight,
+    points: &SurfacePoints,
+    words: [U32x8; 2],
+    u: [F32x8; 2],
+) -> LightSamples {
+    let (valid, shadow_direction, cosine, radiance, pdf_dir) = match environment {
+        EnvironmentLight::Constant(radiance) => {
+            let local = sample_cosine_hemisphere(u);
+            let direction = to_world(local, points.normal);
+            (Mask8::ALL, direction, local.z, Vec3x8::splat(radiance), cosine_hemisphere_pdf_dir(local.z))
+        }
+        EnvironmentLight::Map(map, distribution) => {
+            let (direction, texels) = sample_map(map, distribution, words, u);
+            let (cosine, pdf_dir) = (points.normal.dot(direction), map_pdf_dir(distribution, &texels));
+            let valid = cosine.gt(F32x8::ZERO) & pdf_dir.gt(F32x8::ZERO);
+            (valid, direction, cosine, texels.radiance, pdf_dir)
+        }
+    };
     LightSamples {
-        valid: Mask8::ALL,
-        cosine: local.z,
-        radiance: Vec3x8::splat(lights.environment.unwrap_or_default()),
-        pdf_dir: F32x8::splat(lights.environment_probability) * cosine_hemisphere_pdf_dir(local.z),
-        shadow_direction: to_world(local, points.normal),
+        valid,
+        cosine,
+        radiance,
+        pdf_dir: F32x8::splat(lights.environment_probability) * pdf_dir,
+        shadow_direction,
         shadow_tmax: F32x8::splat(f32::INFINITY),
     }
 }

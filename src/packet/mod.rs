@@ -8,6 +8,7 @@
 //! shade_diffuse | shade_mirror -> intersect_shadow }` until no path is left; [`plan`] says which of these a render needs.
 
 pub mod counters;
+pub mod environment;
 pub mod generate_camera_rays;
 pub mod light;
 pub mod mis;

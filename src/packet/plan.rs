@@ -4,11 +4,12 @@
 
 use super::counters::Stage;
 use super::generate_camera_rays::{self, CameraStage};
+use super::shade_miss::{self, MissStage};
 use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
 use crate::bvh::{RayKind, Walk};
 use crate::scene::desc::PixelFilter;
-use crate::scene::lights::selection_name;
+use crate::scene::lights::{EnvironmentLight, selection_name};
 use crate::settings::Strategy;
 use crate::setup::Setup;
 
@@ -43,6 +44,8 @@ pub struct Plan {
     pub needs: QueueNeeds,
     /// The camera stage of this lens and filter.
     pub generate_camera_rays: CameraStage,
+    /// The miss stage of this environment.
+    pub shade_miss: MissStage,
     /// The diffuse stage of this strategy.
     pub shade_diffuse: SurfaceStage,
     /// The mirror stage of this strategy.
@@ -79,6 +82,7 @@ impl Plan {
             left_out: left_out(setup),
             needs,
             generate_camera_rays: generate_camera_rays::variant(setup),
+            shade_miss: shade_miss::variant(setup),
             shade_diffuse,
             shade_mirror,
             only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
@@ -131,6 +135,10 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (true, false) => "to light points and the environment",
     };
     let weight = if needs.pdf { "weighed by density" } else { "weighed by strategy" };
+    let environment = match setup.lights.environment {
+        Some(EnvironmentLight::Map(..)) => "environment map",
+        _ => "constant environment",
+    };
     let lens = if setup.camera.lens.is_some() { "thin lens" } else { "pinhole" };
     let filter = if setup.camera.filter == PixelFilter::Box { "box" } else { "tent" };
     let camera = format!("{lens}, {filter} filter");
@@ -138,7 +146,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (Stage::GenerateCameraRays, true, camera),
         (Stage::IntersectClosest, true, walks(setup)),
         (Stage::SortHits, true, "one queue a material kind".to_string()),
-        (Stage::ShadeMiss, needs.misses, format!("constant environment, {weight}")),
+        (Stage::ShadeMiss, needs.misses, format!("{environment}, {weight}")),
         (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
         (Stage::ShadeDiffuse, needs.diffuse, format!("{strategy}{lights}{roulette}")),
         (Stage::ShadeMirror, needs.mirror, format!("{strategy}{roulette}")),

@@ -117,8 +117,7 @@ fn sample_direct_light(
     words: [U32x8; 4],
     shadow: &mut ShadowQueue,
 ) {
-    let u = [unit_x8(words[1]), unit_x8(words[2])];
-    let light = sample_lights(&setup.lights, &hits.points, words[0], u);
+    let light = sample_lights(&setup.lights, &hits.points, words);
     // BSDF times cosine is albedo times cos/pi, and cos/pi is also the density of the BSDF's own sampling.
     let pdf_bsdf = cosine_hemisphere_pdf_dir(light.cosine);
     let weight = light_sample_weight(strategy, light.pdf_dir, pdf_bsdf);
