@@ -107,10 +107,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         if setup.samples_lights() && !delta {
             let words = numbers(light_block(event));
             light_chosen = unit(words[3]) < 0.5;
-            if setup.strategy != Strategy::MisOneSample || light_chosen {
-                if let Some(light) = sample_light(&setup.lights, &point, words) {
-                    result.shadow_rays += direct_light(setup, &point, &light, color, &mut step) as u32;
-                }
+            let draws = setup.strategy != Strategy::MisOneSample || light_chosen;
+            if let Some(light) = draws.then(|| sample_light(&setup.lights, &point, words)).flatten() {
+                result.shadow_rays += direct_light(setup, &point, &light, color, &mut step) as u32;
             }
         }
 

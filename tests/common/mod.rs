@@ -4,12 +4,13 @@
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 6] = [
+pub const SCENES: [&str; 7] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
     "scenes/furnace.toml",
     "scenes/lens.toml",
+    "scenes/sky.toml",
     "builtin:heavy:20000",
 ];
 
