@@ -299,6 +299,11 @@ fn engines_agree_under_a_map_with_and_without_other_lights() {
         maker.quad([[-5.0, -1.0, 5.0], [5.0, -1.0, 5.0], [5.0, -1.0, -5.0], [-5.0, -1.0, -5.0]], stone);
         maker.cuboid([-1.0, -1.0, -1.0], [0.2, 1.0, 1.0], false, stone);
         maker.cuboid([0.5, -1.0, -1.0], [1.5, 0.5, 0.0], false, mirror);
+        let metal = Scattering::Conductor { alpha: 0.2, reflectance: [0.9, 0.7, 0.4], complex_ior: None };
+        let metal = maker.material(metal, [0.0; 3]);
+        maker.cuboid([0.5, -1.0, 0.4], [1.2, 0.0, 1.2], false, metal);
+        let coated = maker.material(Scattering::Plastic { albedo: [0.3, 0.5, 0.7], ior: 1.5, alpha: 0.1 }, [0.0; 3]);
+        maker.cuboid([-0.8, 1.0, -0.5], [0.0, 1.4, 0.5], false, coated);
         if lamp {
             maker.quad([[-0.5, 3.0, -0.5], [0.5, 3.0, -0.5], [0.5, 3.0, 0.5], [-0.5, 3.0, 0.5]], light);
         }

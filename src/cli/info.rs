@@ -36,6 +36,8 @@ struct Table {
 struct Info {
     scene: String,
     features: Features,
+    /// Columns and rows.
+    film: (u32, u32),
     triangles: usize,
     /// Emissive triangles, and one for an environment.
     lights: usize,
@@ -71,6 +73,7 @@ fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) 
         features: prepared.features,
         triangles: prepared.triangles.len(),
         lights: prepared.emitters.len() + prepared.environment.is_some() as usize,
+        film: setup.film,
         tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
         strategy: settings.strategy.name(),
         plan: plan.stages,
@@ -86,6 +89,7 @@ fn text(info: &Info) -> String {
     let row = |left: &str, right: String| vec![format!("  {left}"), right];
     let mut text = format!("{}\n", info.scene);
     text += &table(&[
+        row("film", format!("{} x {} pixels", info.film.0, info.film.1)),
         row("triangles", info.triangles.to_string()),
         row("lights", info.lights.to_string()),
         row("loaded in", format!("{:.3} s", info.load_s)),

@@ -11,6 +11,8 @@ use crate::scene::lights::{EnvironmentLight, LightTable, Selection};
 pub struct LightSamples {
     /// Lanes whose sample can contribute; the others hold anything.
     pub valid: Mask8,
+    /// Unit directions to the lights.
+    pub direction: Vec3x8,
     /// Cosines at the surfaces.
     pub cosine: F32x8,
     /// Radiance that arrives if nothing is in between.
@@ -37,6 +39,7 @@ pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, words: [U32x8;
             let b = sample_triangles(lights, points, word << 1, u);
             LightSamples {
                 valid: (sky & a.valid) | b.valid.and_not(sky),
+                direction: sky.select_vec3(a.direction, b.direction),
                 cosine: sky.select(a.cosine, b.cosine),
                 radiance: sky.select_vec3(a.radiance, b.radiance),
                 pdf_dir: sky.select(a.pdf_dir, b.pdf_dir),
@@ -71,6 +74,7 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
     let pdf_dir = columns[15] * distance_squared / light_cosine;
     let zero = F32x8::ZERO;
     LightSamples {
+        direction,
         valid: distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero),
         cosine,
         radiance: Vec3x8::new(columns[12], columns[13], columns[14]),
@@ -89,25 +93,25 @@ fn sample_environment(
     words: [U32x8; 2],
     u: [F32x8; 2],
 ) -> LightSamples {
-    let (valid, shadow_direction, cosine, radiance, pdf_dir) = match environment {
+    let (direction, radiance, map_pdf) = match environment {
         EnvironmentLight::Constant(radiance) => {
-            let local = sample_cosine_hemisphere(u);
-            let direction = to_world(local, points.normal);
-            (Mask8::ALL, direction, local.z, Vec3x8::splat(radiance), cosine_hemisphere_pdf_dir(local.z))
+            (to_world(sample_cosine_hemisphere(u), points.normal), Vec3x8::splat(radiance), None)
         }
         EnvironmentLight::Map(map, distribution) => {
             let (direction, texels) = sample_map(map, distribution, words, u);
-            let (cosine, pdf_dir) = (points.normal.dot(direction), map_pdf_dir(distribution, &texels));
-            let valid = cosine.gt(F32x8::ZERO) & pdf_dir.gt(F32x8::ZERO);
-            (valid, direction, cosine, texels.radiance, pdf_dir)
+            (direction, texels.radiance, Some(map_pdf_dir(distribution, &texels)))
         }
     };
+    // From the rounded directions, as the BSDF will see them.
+    let cosine = points.normal.dot(direction);
+    let pdf_dir = map_pdf.unwrap_or(cosine_hemisphere_pdf_dir(cosine));
     LightSamples {
-        valid,
+        valid: cosine.gt(F32x8::ZERO) & pdf_dir.gt(F32x8::ZERO),
+        direction,
         cosine,
         radiance,
         pdf_dir: F32x8::splat(lights.environment_probability) * pdf_dir,
-        shadow_direction,
+        shadow_direction: direction,
         shadow_tmax: F32x8::splat(f32::INFINITY),
     }
 }

@@ -4,6 +4,7 @@ use super::environment::{look_up, map_pdf_dir};
 use super::plan::Plan;
 use super::shade_emitter::emission_weight;
 use super::state::{SLOT, TileState};
+use super::warp::cosine_hemisphere_pdf_dir;
 use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
 use crate::scene::lights::EnvironmentLight;
 use crate::setup::Setup;
@@ -39,7 +40,10 @@ fn shade_miss<const MAP: bool>(setup: &Setup, plan: &Plan, state: &mut TileState
                 let pdf_light = map_pdf_dir(distribution, &texels);
                 (texels.radiance, pdf_light)
             }
-            // A constant environment is sampled by a cosine hemisphere, so its density is the BSDF's.
+            // A constant environment is sampled by a cosine hemisphere; so are diffuse surfaces, which then know the density.
+            _ if plan.needs.cosine => {
+                (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(F32x8::gather(&paths.cosine, row)))
+            }
             _ => (Vec3x8::splat(constant), pdf_dir),
         };
         let weight = emission_weight(setup.strategy, slot, pdf_dir, probability * pdf_light);

@@ -56,20 +56,21 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normal, a map by its radiance.
 fn sample_environment(lights: &LightTable, point: &SurfacePoint, words: [u32; 2], u: [Real; 2]) -> Option<LightSample> {
-    let (direction, cosine, radiance, pdf_dir) = match lights.environment? {
+    let (direction, radiance, map_pdf) = match lights.environment? {
         EnvironmentLight::Constant(radiance) => {
-            let local = sample_cosine_hemisphere(u);
-            (to_world(local, point.normal), local.z, vec3(radiance), cosine_hemisphere_pdf_dir(local.z))
+            (to_world(sample_cosine_hemisphere(u), point.normal), vec3(radiance), None)
         }
         EnvironmentLight::Map(map, distribution) => {
             let (direction, texel) = sample_map(map, distribution, words, u);
-            let (cosine, pdf_dir) = (point.normal.dot(direction), map_pdf_dir(distribution, &texel));
-            if !(cosine > 0.0 && pdf_dir > 0.0) {
-                return None;
-            }
-            (direction, cosine, vec3(texel.radiance), pdf_dir)
+            (direction, vec3(texel.radiance), Some(map_pdf_dir(distribution, &texel)))
         }
     };
+    // From the rounded direction, as the BSDF will see it.
+    let cosine = point.normal.dot(direction);
+    let pdf_dir = map_pdf.unwrap_or(cosine_hemisphere_pdf_dir(cosine));
+    if !(cosine > 0.0 && pdf_dir > 0.0) {
+        return None;
+    }
     Some(LightSample {
         direction,
         cosine,

@@ -25,6 +25,8 @@ pub mod environment;
 pub mod intersect;
 #[path = "light.rs"]
 pub mod light;
+#[path = "microfacet.rs"]
+pub mod microfacet;
 #[path = "mis.rs"]
 pub mod mis;
 #[path = "path.rs"]

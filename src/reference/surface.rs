@@ -20,6 +20,8 @@ pub struct SurfacePoint {
     pub front: bool,
     /// Where rays that leave on the side of `normal` start.
     pub origin: Vec3,
+    /// Where rays that leave on the other side start.
+    pub origin_behind: Vec3,
 }
 
 /// The point with weights (1-u-v, u, v) on `triangle`, hit by a ray in direction `direction`.
@@ -29,7 +31,8 @@ pub fn surface_point(triangle: &TriangleRecord, u: Real, v: Real, direction: Vec
     let front = front_normal.dot(direction) < 0.0;
     let normal = if front { front_normal } else { -front_normal };
     let (position, offset) = point_and_offset(&triangle.vertices, weights);
-    SurfacePoint { position, normal, front, origin: position + normal * offset }
+    let (origin, origin_behind) = (position + normal * offset, position - normal * offset);
+    SurfacePoint { position, normal, front, origin, origin_behind }
 }
 
 /// A barycentric sum, and how far along the normal a ray must start to be off the surface for certain.

@@ -64,6 +64,31 @@ pub enum Scattering {
         /// Reflected fraction.
         reflectance: [f64; 3],
     },
+    /// Metal with a GGX distribution of microfacets.
+    Conductor {
+        /// GGX width, in [0, 1]; below 1e-4 it is a mirror.
+        alpha: f64,
+        /// Reflected fraction of every facet, in [0, 1]; not used where there is a complex index.
+        reflectance: [f64; 3],
+        /// Complex index of refraction (eta, k) per channel, for Fresnel's equations.
+        complex_ior: Option<([f64; 3], [f64; 3])>,
+    },
+    /// Smooth glass.
+    Dielectric {
+        /// Index of refraction of what the back side faces, relative to the front; above 0.
+        ior: f64,
+        /// Fraction let through per refraction, in [0, 1] per channel.
+        transmittance: [f64; 3],
+    },
+    /// Diffuse base under a GGX coat.
+    Plastic {
+        /// Albedo of the base, in [0, 1] per channel.
+        albedo: [f64; 3],
+        /// Index of refraction of the coat, at least 1.
+        ior: f64,
+        /// GGX width of the coat, in [0, 1].
+        alpha: f64,
+    },
 }
 
 /// A look-at camera. Lengths in scene units, angle in degrees.

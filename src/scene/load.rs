@@ -210,7 +210,6 @@ impl<'a> Assembly<'a> {
 #[derive(Default)]
 struct Notes {
     undefined: Vec<String>,
-    fallback: Vec<String>,
     textured: usize,
 }
 
@@ -218,10 +217,6 @@ impl Notes {
     fn finish(self, warnings: &mut Vec<String>) {
         if !self.undefined.is_empty() {
             warnings.push(format!("no MTL defines {}: grey (albedo 0.5) instead", list(&self.undefined)));
-        }
-        if !self.fallback.is_empty() {
-            let names = list(&self.fallback);
-            warnings.push(format!("this version has only diffuse and mirror: {names} rendered as diffuse with Kd"));
         }
         if self.textured > 0 {
             warnings.push(format!("textures come later: {} textured material(s) use Kd", self.textured));
@@ -245,36 +240,49 @@ fn resolve(
     entry: Option<&MaterialEntry>,
     notes: &mut Notes,
 ) -> Result<MaterialDesc> {
-    let kind = match (entry.and_then(|e| e.kind), material.kind) {
-        (Some(kind), _) => kind,
-        (None, MtlKind::Mirror) => Kind::Mirror,
-        (None, _) => Kind::Diffuse,
-    };
+    let kind = entry.and_then(|e| e.kind).unwrap_or(match material.kind {
+        MtlKind::Diffuse => Kind::Diffuse,
+        MtlKind::Mirror => Kind::Mirror,
+        MtlKind::Dielectric => Kind::Dielectric,
+        MtlKind::Conductor => Kind::Conductor,
+        MtlKind::Plastic => Kind::Plastic,
+    });
     let name = material.name.clone();
-    let albedo = entry.and_then(|e| e.albedo);
-    let reflectance = entry.and_then(|e| e.reflectance);
+    let fault =
+        |line: usize, message: String| Err(Error::parse(scene, Some(line), format!("[material.{name}]: {message}")));
     if let Some(entry) = entry {
-        let fault = |key: &str| {
-            let message = format!("[material.{name}]: its MTL makes it no kind that has `{key}`: add a `kind`");
-            Err(Error::parse(scene, Some(entry.line), message))
-        };
-        match kind {
-            Kind::Mirror if albedo.is_some() => return fault("albedo"),
-            Kind::Diffuse if reflectance.is_some() => return fault("reflectance"),
-            _ => {}
+        let named = [
+            ("albedo", entry.albedo.is_some()),
+            ("reflectance", entry.reflectance.is_some()),
+            ("alpha", entry.alpha.is_some()),
+            ("eta", entry.complex_ior.is_some()),
+            ("ior", entry.ior.is_some()),
+            ("transmittance", entry.transmittance.is_some()),
+        ];
+        if let Some((key, _)) = named.iter().find(|(key, named)| *named && !kind.has(key)) {
+            return fault(entry.line, format!("its MTL makes it no kind that has `{key}`: add a `kind`"));
         }
     }
-    let by_mtl = entry.is_none_or(|e| e.kind.is_none());
-    if by_mtl && !matches!(material.kind, MtlKind::Diffuse | MtlKind::Mirror) {
-        notes.fallback.push(format!("{name} ({})", format!("{:?}", material.kind).to_lowercase()));
-    }
-    if material.textured && albedo.is_none() && kind == Kind::Diffuse {
+    let albedo = entry.and_then(|e| e.albedo);
+    if material.textured && albedo.is_none() && kind.has("albedo") {
         notes.textured += 1;
     }
+    let reflectance = entry.and_then(|e| e.reflectance).unwrap_or(material.specular);
+    let albedo = albedo.unwrap_or(material.diffuse);
+    let alpha = entry.and_then(|e| e.alpha).unwrap_or(material.alpha);
+    let ior = entry.and_then(|e| e.ior).unwrap_or(material.ior);
     let scattering = match kind {
-        Kind::Diffuse => Scattering::Diffuse { albedo: albedo.unwrap_or(material.diffuse) },
-        Kind::Mirror => Scattering::Mirror { reflectance: reflectance.unwrap_or(material.specular) },
+        Kind::Diffuse => Scattering::Diffuse { albedo },
+        Kind::Mirror => Scattering::Mirror { reflectance },
+        Kind::Conductor => Scattering::Conductor { alpha, reflectance, complex_ior: entry.and_then(|e| e.complex_ior) },
+        Kind::Dielectric => {
+            Scattering::Dielectric { ior, transmittance: entry.and_then(|e| e.transmittance).unwrap_or([1.0; 3]) }
+        }
+        Kind::Plastic => Scattering::Plastic { albedo, ior, alpha },
     };
+    if let (Some(entry), Some(message)) = (entry, validate::scattering_fault(&scattering)) {
+        return fault(entry.line, message);
+    }
     Ok(MaterialDesc { name, scattering, emission: entry.and_then(|e| e.emission).unwrap_or(material.emission) })
 }
 

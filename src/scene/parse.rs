@@ -66,13 +66,44 @@ pub enum EnvironmentEntry {
     },
 }
 
-/// The kinds of material this version renders.
+/// The kinds of material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Lambertian.
     Diffuse,
     /// Perfect mirror.
     Mirror,
+    /// Rough metal.
+    Conductor,
+    /// Smooth glass.
+    Dielectric,
+    /// Diffuse base under a rough coat.
+    Plastic,
+}
+
+impl Kind {
+    /// Every kind with its name in a scene file and the keys it has besides `emission` and `two_sided`.
+    pub const ALL: [(Kind, &'static str, &'static [&'static str]); 5] = [
+        (Kind::Diffuse, "diffuse", &["albedo"]),
+        (Kind::Mirror, "mirror", &["reflectance"]),
+        (Kind::Conductor, "conductor", &["alpha", "reflectance", "eta", "k"]),
+        (Kind::Dielectric, "dielectric", &["ior", "transmittance"]),
+        (Kind::Plastic, "plastic", &["albedo", "ior", "alpha"]),
+    ];
+
+    fn row(self) -> &'static (Kind, &'static str, &'static [&'static str]) {
+        Self::ALL.iter().find(|row| row.0 == self).unwrap_or(&Self::ALL[0])
+    }
+
+    /// Its name in a scene file.
+    pub fn name(self) -> &'static str {
+        self.row().1
+    }
+
+    /// Whether it has this key.
+    pub fn has(self, key: &str) -> bool {
+        self.row().2.contains(&key)
+    }
 }
 
 /// One `[material.NAME]`: the keys it names.
@@ -84,10 +115,18 @@ pub struct MaterialEntry {
     pub line: usize,
     /// Kind, if named.
     pub kind: Option<Kind>,
-    /// Albedo of the diffuse kind, if named.
+    /// Albedo, if named.
     pub albedo: Option<[f64; 3]>,
-    /// Reflectance of the mirror, if named.
+    /// Reflectance, if named.
     pub reflectance: Option<[f64; 3]>,
+    /// GGX width, if named.
+    pub alpha: Option<f64>,
+    /// Complex index of refraction, if named.
+    pub complex_ior: Option<([f64; 3], [f64; 3])>,
+    /// Index of refraction, if named.
+    pub ior: Option<f64>,
+    /// Transmittance, if named.
+    pub transmittance: Option<[f64; 3]>,
     /// Emission, if named.
     pub emission: Option<[f64; 3]>,
 }
@@ -239,38 +278,51 @@ fn parse_materials(table: &Table<'_>) -> Result<Vec<MaterialEntry>> {
 }
 
 fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
-    let known = ["kind", "albedo", "reflectance", "emission", "two_sided"];
-    // Before the keys: `kind = "plastic"` explains a later `ior` better than the `ior` itself does.
+    let mut known = vec!["kind", "emission", "two_sided"];
+    known.extend(Kind::ALL.iter().flat_map(|row| row.2));
     let kind = match table.string("kind")? {
         None => None,
-        Some("diffuse") => Some(Kind::Diffuse),
-        Some("mirror") => Some(Kind::Mirror),
-        Some(later @ ("conductor" | "dielectric" | "plastic")) => {
-            return Err(table.not_yet("kind", &format!("kind = \"{later}\"")));
-        }
-        Some(other) => {
-            let message = format!("unknown kind \"{other}\"; known: \"diffuse\", \"mirror\"");
-            return Err(table.error_at("kind", message));
-        }
+        Some(word) => match Kind::ALL.iter().find(|row| row.1 == word) {
+            Some(row) => Some(row.0),
+            None => {
+                let names = Kind::ALL.map(|row| format!("\"{}\"", row.1)).join(", ");
+                return Err(table.error_at("kind", format!("unknown kind \"{word}\"; known: {names}")));
+            }
+        },
     };
-    table.check_keys(&known, &["alpha", "eta", "k", "ior", "transmittance", "texture"])?;
+    table.check_keys(&known, &["texture"])?;
     if table.boolean("two_sided")? == Some(true) {
         return Err(table.not_yet("two_sided", "two_sided = true"));
     }
+    if let Some(kind) = kind {
+        let foreign =
+            Kind::ALL.iter().flat_map(|row| row.2).find(|key| table.entries.contains_key(**key) && !kind.has(key));
+        if let Some(key) = foreign {
+            let has = kind.row().2.join("`, `");
+            return Err(table.error_at(key, format!("a {} has no `{key}`; it has `{has}`", kind.name())));
+        }
+    }
+    let complex_ior = match (table.vector("eta")?, table.vector("k")?) {
+        (Some(eta), Some(k)) => Some((eta, k)),
+        (None, None) => None,
+        (Some(_), None) => return Err(table.error_at("eta", "`eta` needs `k` beside it")),
+        (None, Some(_)) => return Err(table.error_at("k", "`k` needs `eta` beside it")),
+    };
     let entry = MaterialEntry {
         name: name.to_owned(),
         line: table.document.line(table.span.clone()),
         kind,
         albedo: table.fraction("albedo")?,
         reflectance: table.fraction("reflectance")?,
+        alpha: table.number("alpha")?,
+        complex_ior,
+        ior: table.number("ior")?,
+        transmittance: table.fraction("transmittance")?,
         emission: table.radiance("emission")?,
     };
-    match (kind, entry.albedo, entry.reflectance) {
-        (Some(Kind::Mirror), Some(_), _) => Err(table.error_at("albedo", "a mirror has `reflectance`, not `albedo`")),
-        (Some(Kind::Diffuse), _, Some(_)) => {
-            Err(table.error_at("reflectance", "a diffuse material has `albedo`, not `reflectance`"))
-        }
-        (_, Some(_), Some(_)) => Err(table.error_at("reflectance", "`albedo` and `reflectance` exclude each other")),
+    match (entry.albedo, entry.reflectance, complex_ior) {
+        (Some(_), Some(_), _) => Err(table.error_at("reflectance", "`albedo` and `reflectance` exclude each other")),
+        (_, Some(_), Some(_)) => Err(table.error_at("reflectance", "`reflectance` and `eta`, `k` exclude each other")),
         _ => Ok(entry),
     }
 }

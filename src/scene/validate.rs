@@ -51,6 +51,49 @@ pub fn camera_fault(camera: &CameraDesc) -> Option<&'static str> {
     None
 }
 
+/// The smallest and the largest index of refraction of glass and coats.
+pub const IOR_RANGE: std::ops::RangeInclusive<f64> = 0.05..=20.0;
+/// The smallest index of refraction of a coat: below, it would not be there.
+pub const LEAST_COAT_IOR: f64 = 1.01;
+/// The largest component of a conductor's complex index of refraction.
+pub const MOST_COMPLEX_IOR: f64 = 1e3;
+
+/// What is wrong with how a material scatters, if anything is; the text begins with the key to change.
+pub fn scattering_fault(scattering: &Scattering) -> Option<String> {
+    let fraction = |name: &str, v: &[f64; 3]| {
+        let fine = v.iter().all(|f| (0.0..=1.0).contains(f));
+        (!fine).then(|| format!("{name} is {v:?}; each channel must lie in [0, 1]"))
+    };
+    let width = |alpha: f64| {
+        (!(0.0..=1.0).contains(&alpha)).then(|| format!("alpha is {alpha}; a GGX width must lie in [0, 1]"))
+    };
+    match scattering {
+        Scattering::Diffuse { albedo } => fraction("albedo", albedo),
+        Scattering::Mirror { reflectance } => fraction("reflectance", reflectance),
+        Scattering::Conductor { alpha, reflectance, complex_ior } => {
+            let index = complex_ior.iter().find_map(|(eta, k)| {
+                let eta_fits = eta.iter().all(|x| (1e-3..=MOST_COMPLEX_IOR).contains(x));
+                let k_fits = k.iter().all(|x| (0.0..=MOST_COMPLEX_IOR).contains(x));
+                match (eta_fits, k_fits) {
+                    (false, _) => Some(format!("eta is {eta:?}; each channel must lie in [0.001, {MOST_COMPLEX_IOR}]")),
+                    (_, false) => Some(format!("k is {k:?}; each channel must lie in [0, {MOST_COMPLEX_IOR}]")),
+                    _ => None,
+                }
+            });
+            width(*alpha).or_else(|| fraction("reflectance", reflectance)).or(index)
+        }
+        Scattering::Dielectric { ior, transmittance } => {
+            let index = (!IOR_RANGE.contains(ior)).then(|| format!("ior is {ior}; glass has 0.05 to 20"));
+            index.or_else(|| fraction("transmittance", transmittance))
+        }
+        Scattering::Plastic { albedo, ior, alpha } => {
+            let fits = (LEAST_COAT_IOR..=*IOR_RANGE.end()).contains(ior);
+            let index = (!fits).then(|| format!("ior is {ior}; a coat has {LEAST_COAT_IOR} to 20"));
+            index.or_else(|| fraction("albedo", albedo)).or_else(|| width(*alpha))
+        }
+    }
+}
+
 /// Checks everything the tables rely on. Loading has already said more about where; this is the last gate, also for
 /// scenes that a program put together.
 pub fn check(scene: &SceneDesc) -> Result<()> {
@@ -78,9 +121,8 @@ pub fn check(scene: &SceneDesc) -> Result<()> {
         return fail(format!("triangle {i} names a vertex or material that does not exist"));
     }
     for material in &scene.materials {
-        let (Scattering::Diffuse { albedo: factor } | Scattering::Mirror { reflectance: factor }) = material.scattering;
-        if !factor.iter().all(|f| (0.0..=1.0).contains(f)) {
-            return fail(format!("material `{}` reflects {factor:?}; each channel must lie in [0, 1]", material.name));
+        if let Some(fault) = scattering_fault(&material.scattering) {
+            return fail(format!("material `{}`: {fault}", material.name));
         }
         if !material.emission.iter().all(|&e| e >= 0.0 && fits_f32(e)) {
             return fail(format!("material `{}` emits {:?}, not finite or negative", material.name, material.emission));
