@@ -37,6 +37,7 @@ impl<'a> Setup<'a> {
         let crop = Crop { x, y, width: crop.width.clamp(1, width - x), height: crop.height.clamp(1, height - y) };
         Setup {
             scene,
+            // Only weights by density make up for what compensated light samples leave to the BSDF.
             lights: LightTable::new(scene, settings.lights, settings.strategy.is_mis()),
             camera: Camera::new(&scene.camera, scene.filter, width, height),
             strategy: settings.strategy,

@@ -73,3 +73,33 @@ fn negative_texels_count_0_and_black_maps_are_none() {
         assert!(scene.environment.is_none() && warned(&scene, &["sky.exr", "black"]));
     }
 }
+
+/// Files with a few bytes changed, or cut short: an error or some map, never a panic.
+#[test]
+fn damaged_maps_never_panic() {
+    let folder = Folder::new(&[("mesh.obj", TRIANGLE)]);
+    let mut film = Film::new(Crop { x: 0, y: 0, width: 9, height: 5 });
+    film.spp = 1;
+    film.pixels.iter_mut().enumerate().for_each(|(i, pixel)| pixel.sum = [i as f64, 1.0, 0.25]);
+    let mut loaded = 0;
+    for name in ["sky.exr", "sky.hdr", "sky.pfm", "sky.png"] {
+        film.save(folder.path(name)).expect("a map");
+        folder.write("scene.toml", format!("{TOML}[environment]\nmap = '{name}'").as_bytes());
+        let whole = std::fs::read(folder.path(name)).expect("the map");
+        for i in 0..600u32 {
+            let mut bytes = whole.clone();
+            // Headers are where structure is: half of all damage goes to the first 100 bytes.
+            let words = octray::sampler::random_words(i, whole.len() as u32, 1, 2);
+            let reach = if i % 2 == 0 { bytes.len().min(100) } else { bytes.len() };
+            for (word, flip) in [(words[0], words[1]), (words[2], words[3])] {
+                bytes[word as usize % reach] ^= (flip >> 24) as u8;
+            }
+            if i % 5 == 0 {
+                bytes.truncate(words[1] as usize % whole.len());
+            }
+            folder.write(name, &bytes);
+            loaded += folder.load("scene.toml").is_ok() as u32;
+        }
+    }
+    assert!(loaded > 100, "damage to pixels alone is no error: {loaded}");
+}
