@@ -7,6 +7,7 @@
 
 pub mod builtin;
 pub mod desc;
+pub mod environment;
 mod facade;
 pub mod lights;
 pub mod load;
