@@ -29,8 +29,14 @@ pub struct StageStats {
     pub lanes_used: u64,
     /// Lanes that could have.
     pub lanes_possible: u64,
-    /// Seconds spent in it, summed over threads.
+    /// Wall seconds spent in it, summed over threads.
     pub seconds: f64,
+    /// Of a stage that traces rays: rays that took part in the steps of packets through the tree (one-ray walks have none).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walk_lanes_used: Option<u64>,
+    /// Rays that could have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walk_lanes_possible: Option<u64>,
 }
 
 /// What a render cost and met.

@@ -144,6 +144,11 @@ fn outputs_are_checked_before_anything_is_read() {
     let (image, stats) = (place.path("a.png"), place.path("missing/a.json"));
     refused(&["render", &scene, "-o", &image, "--stats", &stats], 1, "does not exist; make it first");
     refused(&["render", &scene, "-o", &image, "-o", &image], 2, "named for two outputs");
+    refused(&["render", &scene, "-o", &image, "-o", &place.path("./a.png")], 2, "named for two outputs");
+    refused(&["render", &scene, "-o", &image, "--stats", &image], 2, "named for two outputs");
+    refused(&["render", &scene, "-o", &image, "--stats", &scene], 2, "--stats");
+    refused(&["render", &scene, &image], 2, "images to write are named with -o");
+    refused(&["render", &scene, "-o", &image, &image], 2, "images to write are named with -o");
     assert!(place.is_empty());
 }
 
@@ -185,6 +190,7 @@ fn json_never_replaces_a_scene() {
     let place = Place::new();
     let scene = place.scene("a.toml", "precious");
     refused(&["bench", "--json", &scene], 2, "that is a scene file");
+    refused(&["render", CORNELL, "-o", &place.path("a.png"), "--stats", &scene], 2, "that is a scene file");
     assert_eq!(fs::read_to_string(scene).unwrap(), "precious");
 }
 
@@ -217,8 +223,34 @@ fn a_render_writes_every_output_and_one_line() {
     let stages = stats["stages"].as_array().unwrap();
     assert!(stages.iter().all(|stage| stage["lanes_used"].as_u64() <= stage["lanes_possible"].as_u64()));
     assert!(!stages.is_empty() && stages.iter().all(|stage| stage["seconds"].is_f64()));
+    let walks = stages.iter().filter(|stage| stage["walk_lanes_used"].as_u64() > Some(0));
+    assert!(walks.count() >= 1, "packets through the tree count their lanes");
+    assert!(stats["rays"]["bounce"].as_u64() > Some(0) && stats["rays"]["shadow"].as_u64() > Some(0));
+    if cfg!(target_os = "linux") {
+        assert!(stats["peak_rss_bytes"].as_u64() > Some(100_000));
+    }
     // One sample a pixel says nothing about its error.
     assert!(stats["relative_error"].is_null() && stats["nonfinite"] == 0);
+}
+
+#[test]
+fn stats_tell_the_error_with_its_standard_error() {
+    let place = Place::new();
+    let stats = place.path("a.json");
+    render(&place, "a.pfm", &["--stats", &stats, "--crop", "2,2,6,5", "--engine", "scalar"]);
+    let read = |path: &str| serde_json::from_str::<serde_json::Value>(&fs::read_to_string(path).unwrap()).unwrap();
+    let one = read(&stats);
+    assert!(one["relative_error"].is_null() && one["stages"].as_array().unwrap().is_empty());
+    assert_eq!(
+        (&one["crop"], &one["width"], &one["engine"]),
+        (&serde_json::json!([2, 2, 6, 5]), &16.into(), &"scalar".into())
+    );
+    let path = place.path("b.exr");
+    let film = ["--width", "16", "--height", "16", "--spp", "8", "--stats", &stats];
+    assert!(octray(&[&["render", CORNELL, "-o", &path], &film[..]].concat()).status.success());
+    let eight = read(&stats);
+    let [error, its_error] = ["relative_error", "relative_error_se"].map(|key| eight[key].as_f64().unwrap());
+    assert!(error > 0.0 && its_error > 0.0 && its_error < error, "{error} {its_error}");
 }
 
 #[test]
@@ -290,7 +322,7 @@ fn info_lists_tables_plan_and_what_is_left_out() {
     let place = Place::new();
     let text = octray(&["info", CORNELL]);
     assert!(text.status.success(), "{}", stderr(&text));
-    for word in ["triangles", "tables", "plan of mis-power", "intersect_closest", "left out", "environment"] {
+    for word in ["film", "triangles", "tables", "light records", "plan of mis-power", "left out", "environment"] {
         assert!(stdout(&text).contains(word), "{word}: {}", stdout(&text));
     }
     let printed = octray(&["info", CORNELL, "--strategy", "bsdf", "--json"]);
@@ -314,13 +346,17 @@ fn trace_shows_a_path_on_which_both_engines_agree() {
     for sample in ["0", "1", "17"] {
         let output = octray(&["trace", CORNELL, "--pixel", "250,300", "--sample", sample]);
         assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
-        assert!(stdout(&output).contains("both engines agree to the last bit"), "{}", stdout(&output));
+        let text = stdout(&output);
+        assert!(text.contains("both engines agree to the last bit") && !text.contains("<-"), "{text}");
+        for word in ["pixel 250,300 of 512 x 512", "light sample", "shadow contribution", "throughput", "radiance"] {
+            assert!(text.contains(word), "{word}: {text}");
+        }
     }
 }
 
 #[test]
 fn bench_rows_have_the_contract_keys() {
-    let output = octray(&["bench", CORNELL, "--runs", "1", "--json"]);
+    let output = octray(&["bench", CORNELL, "--runs", "1", "--size", "48", "--json"]);
     assert!(output.status.success(), "{}", stderr(&output));
     let rows: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     let rows = rows.as_array().unwrap();

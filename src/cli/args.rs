@@ -79,7 +79,8 @@ fn rr_depth(text: &str) -> Result<RrDepth, String> {
     }
 }
 
-fn side(text: &str) -> Result<u32, String> {
+/// Columns or rows of a film.
+pub fn side(text: &str) -> Result<u32, String> {
     let valid = |side: &u32| (1..=MAX_FILM_SIDE).contains(side);
     text.parse().ok().filter(valid).ok_or_else(|| format!("give a number of pixels from 1 to {MAX_FILM_SIDE}"))
 }

@@ -36,6 +36,8 @@ struct Table {
 struct Info {
     scene: String,
     features: Features,
+    /// Columns and rows.
+    film: (u32, u32),
     triangles: usize,
     /// Emissive triangles, and one for an environment.
     lights: usize,
@@ -64,13 +66,17 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
 }
 
 fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) -> Info {
-    let plan = Plan::new(&Setup::new(prepared, settings));
+    let setup = Setup::new(prepared, settings);
+    let plan = Plan::new(&setup);
+    // The lights' tables depend on strategy and selection; making them may make tables of the scene's.
+    let tables = prepared.tables().into_iter().chain(setup.lights.tables());
     Info {
         scene: prepared.name.clone(),
         features: prepared.features,
         triangles: prepared.triangles.len(),
         lights: prepared.emitters.len() + prepared.environment.is_some() as usize,
-        tables: prepared.tables().into_iter().map(|(name, bytes)| Table { name, bytes }).collect(),
+        film: setup.film,
+        tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
         strategy: settings.strategy.name(),
         plan: plan.stages,
         left_out: plan.left_out,
@@ -85,6 +91,7 @@ fn text(info: &Info) -> String {
     let row = |left: &str, right: String| vec![format!("  {left}"), right];
     let mut text = format!("{}\n", info.scene);
     text += &table(&[
+        row("film", format!("{} x {} pixels", info.film.0, info.film.1)),
         row("triangles", info.triangles.to_string()),
         row("lights", info.lights.to_string()),
         row("loaded in", format!("{:.3} s", info.load_s)),

@@ -14,11 +14,13 @@ mod stats;
 mod trace;
 
 use crate::error::{Error, Result};
+use crate::image::check_output_path;
 use crate::lanes::simd_level;
 use crate::scene::{PreparedScene, Scene};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::LazyLock;
 
@@ -98,6 +100,14 @@ fn report_usage(error: &clap::Error) -> u8 {
     }
     // A closed standard output is no reason for another status.
     let _ = error.print();
+    if error.kind() == ErrorKind::UnknownArgument
+        && let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg)
+        && !argument.starts_with('-')
+        && check_output_path(Path::new(argument)).is_ok()
+    {
+        let _ =
+            writeln!(std::io::stderr(), "\n  tip: images to write are named with -o, each with its own: -o {argument}");
+    }
     error.exit_code() as u8
 }
 

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::image::atomic;
 use serde::Serialize;
+use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -29,12 +30,7 @@ impl JsonArgs {
     /// Whether FILE can be written; called before the work whose result goes there.
     pub fn check(&self) -> Result<()> {
         let Some(Some(path)) = &self.json else { return Ok(()) };
-        // `octray bench --json scene.toml` would otherwise replace the scene by the result.
-        if path.extension().is_some_and(|extension| extension == "toml" || extension == "obj") {
-            let path = path.display();
-            return Err(Error::Usage(format!("--json {path}: that is a scene file; name the scene before --json")));
-        }
-        atomic::check(path)
+        check_json_path("--json", path)
     }
 
     /// Prints or writes `value` if the flag was given, else prints `table()`.
@@ -45,6 +41,17 @@ impl JsonArgs {
             Some(Some(path)) => write_json(path, value),
         }
     }
+}
+
+/// Whether the file named by `flag` can be written, and is no scene: `octray bench --json scene.toml` would replace the
+/// scene by the result.
+pub fn check_json_path(flag: &str, path: &Path) -> Result<()> {
+    let scene = |extension: &OsStr| ["toml", "obj", "mtl"].iter().any(|known| extension.eq_ignore_ascii_case(known));
+    if path.extension().is_some_and(scene) {
+        let path = path.display();
+        return Err(Error::Usage(format!("{flag} {path}: that is a scene file; name the scene before {flag}")));
+    }
+    atomic::check(path)
 }
 
 /// Writes `value` as JSON to `path`, whole or not at all.

@@ -1,16 +1,16 @@
 //! `octray render`: a scene to image files.
 
 use super::args::{self, EstimatorArgs, FilmArgs};
-use super::output::{print, write_json};
+use super::output::{check_json_path, print, write_json};
 use super::progress::Bar;
 use super::stats::Report;
 use super::{prepare, report, warn};
 use crate::error::{Error, Result};
-use crate::image::{atomic, check_output_path};
+use crate::image::check_output_path;
 use crate::render::{Render, render_with};
 use crate::scene::Scene;
 use crate::settings::{Crop, Engine, Settings};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Flags of `octray render`.
@@ -103,18 +103,34 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
 fn check_outputs(args: &RenderArgs) -> Result<()> {
     let images = args.output.iter();
     images.clone().try_for_each(check_output_path)?;
-    args.stats.iter().try_for_each(|path| atomic::check(path))?;
-    let mut seen: Vec<&PathBuf> = Vec::new();
+    args.stats.iter().try_for_each(|path| check_json_path("--stats", path))?;
+    let mut seen: Vec<PathBuf> = Vec::new();
     for path in images.chain(&args.stats) {
-        if seen.contains(&path) {
+        let whole = whole_path(path);
+        if seen.contains(&whole) {
             return Err(Error::Usage(format!(
                 "{}: named for two outputs; each needs a file of its own",
                 path.display()
             )));
         }
-        seen.push(path);
+        seen.push(whole);
     }
     Ok(())
+}
+
+/// The same for `a.png`, `./a.png`, a link to it and any other way to its directory.
+fn whole_path(path: &Path) -> PathBuf {
+    if let Ok(existing) = path.canonicalize() {
+        return existing;
+    }
+    let parent = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    match (parent.canonicalize(), path.file_name()) {
+        (Ok(parent), Some(name)) => parent.join(name),
+        _ => path.to_owned(),
+    }
 }
 
 /// Flag over scene over default.

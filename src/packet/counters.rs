@@ -23,6 +23,12 @@ pub enum Stage {
     ShadeDiffuse,
     /// Mirrors.
     ShadeMirror,
+    /// Rough metals.
+    ShadeConductor,
+    /// Glass.
+    ShadeDielectric,
+    /// Coated surfaces.
+    ShadePlastic,
     /// Shadow rays.
     IntersectShadow,
     /// Radiance to the film.
@@ -30,7 +36,7 @@ pub enum Stage {
 }
 
 /// How many stages there are.
-pub const STAGES: usize = 9;
+pub const STAGES: usize = 12;
 
 impl Stage {
     /// Every stage.
@@ -42,6 +48,9 @@ impl Stage {
         Stage::ShadeEmitter,
         Stage::ShadeDiffuse,
         Stage::ShadeMirror,
+        Stage::ShadeConductor,
+        Stage::ShadeDielectric,
+        Stage::ShadePlastic,
         Stage::IntersectShadow,
         Stage::AddToFilm,
     ];
@@ -56,6 +65,9 @@ impl Stage {
             Stage::ShadeEmitter => "shade_emitter",
             Stage::ShadeDiffuse => "shade_diffuse",
             Stage::ShadeMirror => "shade_mirror",
+            Stage::ShadeConductor => "shade_conductor",
+            Stage::ShadeDielectric => "shade_dielectric",
+            Stage::ShadePlastic => "shade_plastic",
             Stage::IntersectShadow => "intersect_shadow",
             Stage::AddToFilm => "add_to_film",
         }
@@ -69,7 +81,7 @@ pub struct StageCount {
     pub used: u64,
     /// Lanes that could have.
     pub possible: u64,
-    /// Seconds.
+    /// Wall seconds.
     pub seconds: f64,
     /// The stage ran at all.
     pub runs: u64,
@@ -82,8 +94,10 @@ pub struct Counters {
     pub stages: [StageCount; STAGES],
     /// Rays by kind.
     pub rays: RayCounts,
-    /// What the walks through the tree counted.
-    pub walk: WalkCounters,
+    /// What the walks of closest hits through the tree counted.
+    pub closest_walk: WalkCounters,
+    /// What the walks of shadow rays counted.
+    pub shadow_walk: WalkCounters,
     /// Camera paths.
     pub paths: u64,
     /// Paths cut by the depth guard.
@@ -111,6 +125,12 @@ impl Counters {
             mine.seconds += theirs.seconds;
             mine.runs += theirs.runs;
         }
+        let walks = [(&mut self.closest_walk, &other.closest_walk), (&mut self.shadow_walk, &other.shadow_walk)];
+        for (mine, theirs) in walks {
+            mine.rays += theirs.rays;
+            mine.lanes_used += theirs.lanes_used;
+            mine.lanes_possible += theirs.lanes_possible;
+        }
         self.rays.camera += other.rays.camera;
         self.rays.bounce += other.rays.bounce;
         self.rays.shadow += other.rays.shadow;
@@ -121,11 +141,20 @@ impl Counters {
     /// The stages that ran, for reports.
     pub fn report(&self) -> Vec<StageStats> {
         let ran = Stage::ALL.into_iter().zip(&self.stages).filter(|(_, count)| count.runs > 0);
-        ran.map(|(stage, count)| StageStats {
-            stage: stage.name(),
-            lanes_used: count.used,
-            lanes_possible: count.possible,
-            seconds: count.seconds,
+        ran.map(|(stage, count)| {
+            let walk = match stage {
+                Stage::IntersectClosest => Some(&self.closest_walk),
+                Stage::IntersectShadow => Some(&self.shadow_walk),
+                _ => None,
+            };
+            StageStats {
+                stage: stage.name(),
+                lanes_used: count.used,
+                lanes_possible: count.possible,
+                seconds: count.seconds,
+                walk_lanes_used: walk.map(|walk| walk.lanes_used),
+                walk_lanes_possible: walk.map(|walk| walk.lanes_possible),
+            }
         })
         .collect()
     }

@@ -5,14 +5,19 @@
 //! names `reference`: that the two agree, bit for bit, is what the tests prove.
 //!
 //! One tile of paths goes through `generate_camera_rays -> { intersect_closest -> sort_hits -> shade_miss | shade_emitter |
-//! shade_diffuse | shade_mirror -> intersect_shadow }` until no path is left; [`plan`] says which of these a render needs.
+//! shade_diffuse | shade_mirror | shade_conductor | shade_dielectric | shade_plastic -> intersect_shadow }` until no path is left; [`plan`] says which of these a render needs.
 
+pub mod bsdf;
 pub mod counters;
+pub mod environment;
 pub mod generate_camera_rays;
 pub mod light;
+pub mod microfacet;
 pub mod mis;
 pub mod plan;
+mod shade_common;
 pub mod shade_emitter;
+pub mod shade_glossy;
 pub mod shade_miss;
 pub mod shade_surface;
 pub mod sort_hits;

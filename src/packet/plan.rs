@@ -4,11 +4,13 @@
 
 use super::counters::Stage;
 use super::generate_camera_rays::{self, CameraStage};
+use super::shade_glossy::{shade_conductor, shade_dielectric, shade_plastic};
+use super::shade_miss::{self, MissStage};
 use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
 use crate::bvh::{RayKind, Walk};
 use crate::scene::desc::PixelFilter;
-use crate::scene::lights::selection_name;
+use crate::scene::lights::{EnvironmentLight, selection_name};
 use crate::settings::Strategy;
 use crate::setup::Setup;
 
@@ -43,16 +45,16 @@ pub struct Plan {
     pub needs: QueueNeeds,
     /// The camera stage of this lens and filter.
     pub generate_camera_rays: CameraStage,
-    /// The diffuse stage of this strategy.
-    pub shade_diffuse: SurfaceStage,
-    /// The mirror stage of this strategy.
-    pub shade_mirror: SurfaceStage,
+    /// The miss stage of this environment.
+    pub shade_miss: MissStage,
+    /// The surface stages that run, in order, in this strategy's variants.
+    pub surfaces: Vec<(Stage, SurfaceStage)>,
     /// Every triangle has this class, so hits need not be looked up ([`crate::scene::PreparedScene::classes`]).
     pub only_class: Option<u8>,
     /// Shadow rays end at a light point (1), leave the scene (infinity), or say so one by one (`None`).
     pub shadow_tmax: Option<f32>,
-    /// Whether emission can count after a last diffuse event.
-    pub last_diffuse_counts: bool,
+    /// Whether emission can count after a last event whose direction was drawn from a density.
+    pub last_drawn_counts: bool,
     /// Whether emission can count after a last delta event.
     pub last_delta_counts: bool,
 }
@@ -62,32 +64,39 @@ impl Plan {
     pub fn new(setup: &Setup) -> Plan {
         let (scene, strategy) = (setup.scene, setup.strategy);
         let emission_counts = strategy != Strategy::NeeNoEmission;
-        let events = setup.max_depth > 0;
+        let (features, events) = (scene.features, setup.max_depth > 0);
+        let glossy = features.conductor || features.plastic;
+        let pdf = strategy.is_mis() && setup.samples_lights();
         let needs = QueueNeeds {
-            pdf: strategy.is_mis() && setup.samples_lights(),
+            pdf,
+            cosine: pdf && glossy && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_))),
             misses: scene.environment.is_some() && emission_counts,
             emitters: !scene.emitters.is_empty() && emission_counts,
-            diffuse: scene.features.diffuse && events,
-            mirror: scene.features.mirror && events,
-            shadow: scene.features.diffuse && events && setup.samples_lights(),
+            diffuse: features.diffuse && events,
+            mirror: features.mirror && events,
+            conductor: features.conductor && events,
+            dielectric: features.dielectric && events,
+            plastic: features.plastic && events,
+            shadow: (features.diffuse || glossy) && events && setup.samples_lights(),
         };
         let first = scene.classes.first().copied();
         let lit = !setup.lights.is_empty();
-        let (shade_diffuse, shade_mirror) = variants(strategy);
+        let mut surfaces = variants(strategy).to_vec();
+        surfaces.retain(|(stage, _)| needs.surface(*stage));
         Plan {
             stages: stages(setup, needs),
             left_out: left_out(setup),
             needs,
             generate_camera_rays: generate_camera_rays::variant(setup),
-            shade_diffuse,
-            shade_mirror,
+            shade_miss: shade_miss::variant(setup),
+            surfaces,
             only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
             shadow_tmax: match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
                 (false, _) => Some(1.0),
                 (true, true) => Some(f32::INFINITY),
                 (true, false) => None,
             },
-            last_diffuse_counts: lit && !matches!(strategy, Strategy::Nee | Strategy::NeeNoEmission),
+            last_drawn_counts: lit && !matches!(strategy, Strategy::Nee | Strategy::NeeNoEmission),
             last_delta_counts: lit && emission_counts,
         }
     }
@@ -104,14 +113,17 @@ impl Plan {
 }
 
 /// The surface stages of a strategy: one monomorphised copy each.
-fn variants(strategy: Strategy) -> (SurfaceStage, SurfaceStage) {
+fn variants(strategy: Strategy) -> [(Stage, SurfaceStage); 5] {
     macro_rules! choose {
         ($($variant:ident),*) => {
             match strategy {
-                $(Strategy::$variant => (
-                    shade_diffuse::<{ Strategy::$variant as u8 }>,
-                    shade_mirror::<{ Strategy::$variant as u8 }>,
-                ),)*
+                $(Strategy::$variant => [
+                    (Stage::ShadeDiffuse, shade_diffuse::<{ Strategy::$variant as u8 }>),
+                    (Stage::ShadeMirror, shade_mirror::<{ Strategy::$variant as u8 }>),
+                    (Stage::ShadeConductor, shade_conductor::<{ Strategy::$variant as u8 }>),
+                    (Stage::ShadeDielectric, shade_dielectric::<{ Strategy::$variant as u8 }>),
+                    (Stage::ShadePlastic, shade_plastic::<{ Strategy::$variant as u8 }>),
+                ],)*
             }
         };
     }
@@ -131,6 +143,10 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (true, false) => "to light points and the environment",
     };
     let weight = if needs.pdf { "weighed by density" } else { "weighed by strategy" };
+    let environment = match setup.lights.environment {
+        Some(EnvironmentLight::Map(..)) => "environment map",
+        _ => "constant environment",
+    };
     let lens = if setup.camera.lens.is_some() { "thin lens" } else { "pinhole" };
     let filter = if setup.camera.filter == PixelFilter::Box { "box" } else { "tent" };
     let camera = format!("{lens}, {filter} filter");
@@ -138,10 +154,13 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (Stage::GenerateCameraRays, true, camera),
         (Stage::IntersectClosest, true, walks(setup)),
         (Stage::SortHits, true, "one queue a material kind".to_string()),
-        (Stage::ShadeMiss, needs.misses, format!("constant environment, {weight}")),
+        (Stage::ShadeMiss, needs.misses, format!("{environment}, {weight}")),
         (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
         (Stage::ShadeDiffuse, needs.diffuse, format!("{strategy}{lights}{roulette}")),
         (Stage::ShadeMirror, needs.mirror, format!("{strategy}{roulette}")),
+        (Stage::ShadeConductor, needs.conductor, format!("{strategy}, GGX{lights}{roulette}")),
+        (Stage::ShadeDielectric, needs.dielectric, format!("{strategy}, smooth{roulette}")),
+        (Stage::ShadePlastic, needs.plastic, format!("{strategy}, GGX coat{lights}{roulette}")),
         (Stage::IntersectShadow, needs.shadow, ends.to_string()),
         (Stage::AddToFilm, true, "sums and squares, f64".to_string()),
     ];
@@ -173,9 +192,9 @@ fn left_out(setup: &Setup) -> Vec<LeftOut> {
     unless(scene.environment.is_some(), "environment", "the scene names none".into());
     unless(false, "textures", "no material has one".into());
     unless(scene.features.mirror, "mirror", "no triangle is a mirror".into());
-    for what in ["conductor", "dielectric", "plastic"] {
-        unless(false, what, "no material is one".into());
-    }
+    unless(scene.features.conductor, "conductor", "no triangle is a rough metal".into());
+    unless(scene.features.dielectric, "dielectric", "no triangle is glass".into());
+    unless(scene.features.plastic, "plastic", "no triangle is coated".into());
     unless(setup.camera.lens.is_some(), "lens", "the camera is a pinhole".into());
     unless(false, "smooth normals", "surfaces are shaded with their true normals".into());
     unless(false, "cut-outs", "no material is cut out".into());
@@ -189,6 +208,6 @@ fn left_out(setup: &Setup) -> Vec<LeftOut> {
     let roulette = setup.rr_depth <= setup.max_depth;
     let why = if setup.rr_depth == u32::MAX { "it is switched off" } else { "paths end before it would start" };
     unless(roulette, "roulette", why.into());
-    unless(scene.features.diffuse || scene.features.mirror, "surface shading", nothing);
+    unless(scene.features.scatters(), "surface shading", nothing);
     list
 }

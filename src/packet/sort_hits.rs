@@ -4,17 +4,19 @@ use super::plan::Plan;
 use super::state::{IndexList, PathQueue, SLOT, SurfaceQueue, TileState};
 use crate::bvh::ray::{HitQueue, NO_HIT};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
-use crate::scene::prepare::{CLASS_EMITS, MaterialKind};
+use crate::scene::material::MaterialKind;
+use crate::scene::prepare::CLASS_EMITS;
 use crate::setup::Setup;
 
 /// Sorts the hits of all paths. Without `scatter` (after the last event) surfaces are left alone.
 pub fn sort_hits(setup: &Setup, plan: &Plan, state: &mut TileState, scatter: bool) {
-    let TileState { paths, hits, misses, emitters, diffuse, mirror, .. } = state;
+    let TileState { paths, hits, misses, emitters, diffuse, mirror, conductor, dielectric, plastic, .. } = state;
     for list in [&mut *misses, &mut *emitters] {
         list.len = 0;
     }
-    diffuse.len = 0;
-    mirror.len = 0;
+    for queue in [&mut *diffuse, &mut *mirror, &mut *conductor, &mut *dielectric, &mut *plastic] {
+        queue.len = 0;
+    }
     for first in (0..paths.len).step_by(LANES) {
         let active = Mask8::first((paths.len - first).min(LANES));
         let triangle = U32x8::load(&hits.triangle, first);
@@ -32,6 +34,9 @@ pub fn sort_hits(setup: &Setup, plan: &Plan, state: &mut TileState, scatter: boo
         if scatter {
             append_surfaces(diffuse, plan.needs.diffuse, paths, hits, first, of_kind(MaterialKind::Diffuse));
             append_surfaces(mirror, plan.needs.mirror, paths, hits, first, of_kind(MaterialKind::Mirror));
+            append_surfaces(conductor, plan.needs.conductor, paths, hits, first, of_kind(MaterialKind::Conductor));
+            append_surfaces(dielectric, plan.needs.dielectric, paths, hits, first, of_kind(MaterialKind::Dielectric));
+            append_surfaces(plastic, plan.needs.plastic, paths, hits, first, of_kind(MaterialKind::Plastic));
         }
     }
 }

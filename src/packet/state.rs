@@ -1,6 +1,7 @@
 //! Every queue and every path field: what it means, in which unit and space. All are one array a field, eight lanes a block,
 //! sized once for a tile of `capacity` paths plus a spare block, so that a compressed store never needs a check.
 
+use super::counters::Stage;
 use crate::bvh::ray::{HitQueue, RayQueue};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
@@ -66,6 +67,9 @@ pub struct PathQueue {
     pub beta: Columns3,
     /// Density per steradian with which the ray's direction was drawn; kept only where MIS needs it.
     pub pdf_dir: Vec<f32>,
+    /// Cosine between the direction and the normal where it was drawn; kept only where MIS needs it for a constant
+    /// environment and the density does not tell it.
+    pub cosine: Vec<f32>,
     /// The path's slot in [`Slots`], and its flags.
     pub slot: Vec<u32>,
     /// Rows in use.
@@ -129,12 +133,15 @@ fn words(len: usize) -> Vec<u32> {
 }
 
 impl PathQueue {
-    /// An empty queue for `capacity` paths; without `pdf` no densities are kept.
-    pub fn new(capacity: usize, pdf: bool) -> PathQueue {
+    /// An empty queue for `capacity` paths, with the columns that are needed.
+    pub fn new(capacity: usize, needs: QueueNeeds) -> PathQueue {
+        let column =
+            |needed: bool| if needed { vec![0.0; capacity.next_multiple_of(LANES) + LANES] } else { Vec::new() };
         PathQueue {
             rays: RayQueue::with_len(capacity),
             beta: Columns3::with_len(capacity),
-            pdf_dir: if pdf { vec![0.0; capacity.next_multiple_of(LANES) + LANES] } else { Vec::new() },
+            pdf_dir: column(needs.pdf),
+            cosine: column(needs.cosine),
             slot: words(capacity),
             len: 0,
         }
@@ -221,6 +228,8 @@ impl Slots {
 pub struct QueueNeeds {
     /// Densities of directions.
     pub pdf: bool,
+    /// Cosines of directions.
+    pub cosine: bool,
     /// Rays that left the scene.
     pub misses: bool,
     /// Hits on emitters.
@@ -229,8 +238,28 @@ pub struct QueueNeeds {
     pub diffuse: bool,
     /// Hits on mirrors.
     pub mirror: bool,
+    /// Hits on rough metals.
+    pub conductor: bool,
+    /// Hits on glass.
+    pub dielectric: bool,
+    /// Hits on coated surfaces.
+    pub plastic: bool,
     /// Shadow rays.
     pub shadow: bool,
+}
+
+impl QueueNeeds {
+    /// Whether a surface stage has a queue.
+    pub fn surface(&self, stage: Stage) -> bool {
+        match stage {
+            Stage::ShadeDiffuse => self.diffuse,
+            Stage::ShadeMirror => self.mirror,
+            Stage::ShadeConductor => self.conductor,
+            Stage::ShadeDielectric => self.dielectric,
+            Stage::ShadePlastic => self.plastic,
+            _ => false,
+        }
+    }
 }
 
 /// Everything one thread owns while it renders: the queues of one tile.
@@ -249,6 +278,12 @@ pub struct TileState {
     pub diffuse: SurfaceQueue,
     /// Hits on mirrors.
     pub mirror: SurfaceQueue,
+    /// Hits on rough metals.
+    pub conductor: SurfaceQueue,
+    /// Hits on glass.
+    pub dielectric: SurfaceQueue,
+    /// Hits on coated surfaces.
+    pub plastic: SurfaceQueue,
     /// Shadow rays of this bounce.
     pub shadow: ShadowQueue,
     /// The paths of the tile.
@@ -262,16 +297,33 @@ impl TileState {
     pub fn new(capacity: usize, needs: QueueNeeds, shadow_tmax: f32) -> TileState {
         let size = |needed: bool| if needed { capacity } else { 0 };
         TileState {
-            paths: PathQueue::new(capacity, needs.pdf),
-            next: PathQueue::new(capacity, needs.pdf),
+            paths: PathQueue::new(capacity, needs),
+            next: PathQueue::new(capacity, needs),
             hits: HitQueue::with_len(capacity),
             misses: IndexList::new(size(needs.misses)),
             emitters: IndexList::new(size(needs.emitters)),
             diffuse: SurfaceQueue::new(size(needs.diffuse)),
             mirror: SurfaceQueue::new(size(needs.mirror)),
+            conductor: SurfaceQueue::new(size(needs.conductor)),
+            dielectric: SurfaceQueue::new(size(needs.dielectric)),
+            plastic: SurfaceQueue::new(size(needs.plastic)),
             shadow: ShadowQueue::new(size(needs.shadow), shadow_tmax),
             slots: Slots::new(capacity),
             scratch: Default::default(),
+        }
+    }
+}
+
+impl TileState {
+    /// Hits in the queue of a surface stage; 0 for other stages.
+    pub fn surface_len(&self, stage: Stage) -> usize {
+        match stage {
+            Stage::ShadeDiffuse => self.diffuse.len,
+            Stage::ShadeMirror => self.mirror.len,
+            Stage::ShadeConductor => self.conductor.len,
+            Stage::ShadeDielectric => self.dielectric.len,
+            Stage::ShadePlastic => self.plastic.len,
+            _ => 0,
         }
     }
 }

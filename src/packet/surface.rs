@@ -35,8 +35,12 @@ pub struct SurfacePoints {
     pub position: Vec3x8,
     /// Unit normals on the sides the rays came from.
     pub normal: Vec3x8,
+    /// The rays hit fronts.
+    pub front: Mask8,
     /// Where rays that leave on the sides of `normal` start.
     pub origin: Vec3x8,
+    /// Where rays that leave on the other sides start.
+    pub origin_behind: Vec3x8,
     /// Material indices.
     pub material: U32x8,
 }
@@ -56,7 +60,9 @@ pub fn surface_points(
     let front: Mask8 = front_normal.dot(direction).lt(F32x8::ZERO);
     let normal = front.select_vec3(front_normal, -front_normal);
     let (position, offset) = point_and_offset(&vertices(&columns), weights, columns[14]);
-    SurfacePoints { position, normal, origin: position + normal.scale(offset), material: columns[12].to_bits() }
+    let away = normal.scale(offset);
+    let (origin, origin_behind) = (position + away, position - away);
+    SurfacePoints { position, normal, front, origin, origin_behind, material: columns[12].to_bits() }
 }
 
 /// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move off

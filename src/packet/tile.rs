@@ -5,7 +5,6 @@ use std::time::Instant;
 use super::counters::{Counters, Stage};
 use super::plan::Plan;
 use super::shade_emitter::shade_emitter;
-use super::shade_miss::shade_miss;
 use super::sort_hits::sort_hits;
 use super::state::{ShadowQueue, TileState};
 use crate::bvh::RayKind;
@@ -47,12 +46,12 @@ pub fn step(
     let last = depth == setup.max_depth;
     sort_hits(setup, plan, state, !last);
     if depth + 1 == DEPTH_GUARD {
-        counters.guarded += (state.diffuse.len + state.mirror.len) as u64;
+        counters.guarded += plan.surfaces.iter().map(|(stage, _)| state.surface_len(*stage) as u64).sum::<u64>();
     }
     clock = counters.note(Stage::SortHits, state.paths.len, clock);
 
     if plan.needs.misses {
-        shade_miss(setup, plan, state);
+        (plan.shade_miss)(setup, plan, state);
         clock = counters.note(Stage::ShadeMiss, state.misses.len, clock);
     }
     if plan.needs.emitters {
@@ -61,13 +60,9 @@ pub fn step(
     }
     state.next.len = 0;
     state.shadow.len = 0;
-    if plan.needs.diffuse && !last {
-        (plan.shade_diffuse)(setup, plan, state, depth);
-        clock = counters.note(Stage::ShadeDiffuse, state.diffuse.len, clock);
-    }
-    if plan.needs.mirror && !last {
-        (plan.shade_mirror)(setup, plan, state, depth);
-        clock = counters.note(Stage::ShadeMirror, state.mirror.len, clock);
+    for (stage, shade) in plan.surfaces.iter().filter(|_| !last) {
+        shade(setup, plan, state, depth);
+        clock = counters.note(*stage, state.surface_len(*stage), clock);
     }
     if plan.needs.shadow && !last {
         intersect_shadow(setup, state, counters, depth);
@@ -86,7 +81,7 @@ fn intersect_closest(setup: &Setup, state: &mut TileState, counters: &mut Counte
     };
     *count += state.paths.len as u64;
     let TileState { paths, hits, scratch, .. } = state;
-    setup.scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.walk);
+    setup.scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.closest_walk);
 }
 
 /// Stage: shadow rays that nothing blocks add their contribution.
@@ -96,7 +91,7 @@ fn intersect_shadow(setup: &Setup, state: &mut TileState, counters: &mut Counter
     let ShadowQueue { rays, blocked, len, .. } = shadow;
     // Shadow rays of camera hits start close together; later ones are as scattered as the rays that found their origins.
     let kind = if depth == 0 { RayKind::Shadow } else { RayKind::Bounce };
-    setup.scene.bvh.occluded_queue(kind, rays, 0..*len, blocked, scratch, &mut counters.walk);
+    setup.scene.bvh.occluded_queue(kind, rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
     for first in (0..shadow.len).step_by(LANES) {
         let active = Mask8::first((shadow.len - first).min(LANES)).bits();
         let free = active & !shadow.blocked[first / LANES];

@@ -41,13 +41,26 @@ pub fn sample_uniform_triangle(u: [F32x8; 2]) -> [F32x8; 3] {
     [F32x8::ONE - root, root * (F32x8::ONE - u[1]), root * u[1]]
 }
 
-/// Directions given in the frames about `n`, as world directions (frames by Duff et al., JCGT 2017).
+/// The first two axes of orthonormal frames whose third axes are `n` (Duff et al., JCGT 2017).
 #[inline(always)]
-pub fn to_world(local: Vec3x8, n: Vec3x8) -> Vec3x8 {
+pub fn frame(n: Vec3x8) -> (Vec3x8, Vec3x8) {
     let sign = F32x8::ONE.copysign(n.z);
     let a = F32x8::splat(-1.0) / (sign + n.z);
     let b = n.x * n.y * a;
     let tangent = Vec3x8::new(F32x8::ONE + sign * n.x * n.x * a, sign * b, -(sign * n.x));
-    let bitangent = Vec3x8::new(b, sign + n.y * n.y * a, -n.y);
+    (tangent, Vec3x8::new(b, sign + n.y * n.y * a, -n.y))
+}
+
+/// World directions in the frames about `n`.
+#[inline(always)]
+pub fn to_local(direction: Vec3x8, n: Vec3x8) -> Vec3x8 {
+    let (tangent, bitangent) = frame(n);
+    Vec3x8::new(tangent.dot(direction), bitangent.dot(direction), n.dot(direction))
+}
+
+/// Directions given in the frames about `n`, as world directions.
+#[inline(always)]
+pub fn to_world(local: Vec3x8, n: Vec3x8) -> Vec3x8 {
+    let (tangent, bitangent) = frame(n);
     tangent.scale(local.x) + bitangent.scale(local.y) + n.scale(local.z)
 }

@@ -1,15 +1,16 @@
 //! One path, from the camera to its end: all nine strategies. The step titles name the packet engine's stages.
 
-use super::bsdf::{BsdfSample, sample_diffuse, sample_diffuse_uniformly, sample_mirror};
+use super::bsdf::BsdfSample;
 use super::intersect::{Ray, intersect, occluded, stack};
-use super::light::{LightSample, environment_pdf_dir, light_pdf_dir, sample_light};
+use super::light::{LightSample, environment_in_direction, light_pdf_dir, sample_light};
 use super::surface::{SurfacePoint, surface_point};
 use super::warp::sample_uniform_disk;
 use super::{Real, Vec3, bsdf, intersect, mis, vec3};
 use crate::bvh::ray::NO_HIT;
 use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
 use crate::scene::desc::PixelFilter;
-use crate::scene::prepare::{MaterialKind, NO_LIGHT};
+use crate::scene::material::MaterialKind;
+use crate::scene::prepare::NO_LIGHT;
 use crate::settings::{DEPTH_GUARD, Strategy};
 use crate::setup::Setup;
 use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, RAY, TraceVertex};
@@ -38,6 +39,16 @@ enum Previous {
     LightChosen,
 }
 
+impl Previous {
+    /// The cosine at the surface where light sampling could have drawn the direction, else 0.
+    fn cosine(self) -> Real {
+        match self {
+            Previous::Drawn { cosine, .. } => cosine,
+            _ => 0.0,
+        }
+    }
+}
+
 /// Follows sample `sample` of pixel (`x`, `y`); `record` is told every step.
 pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut impl FnMut(TraceVertex)) -> PathResult {
     let pixel = crate::sampler::pixel_address(x, y);
@@ -57,9 +68,10 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         let Some(hit) = intersect(&scene.bvh, &ray, &mut step.stack) else {
             // shade_miss
             step.note(Event { t: Real::INFINITY, direction: ray.direction, ..Event::new("miss", ray.origin) });
-            if let Some(radiance) = scene.environment {
-                let weight = environment_weight(setup, previous);
-                let gain = step.beta * vec3(radiance) * weight;
+            let found = environment_in_direction(&setup.lights, ray.direction, previous.cosine());
+            if let Some((radiance, pdf_light)) = found {
+                let weight = emission_weight(setup, previous, pdf_light);
+                let gain = step.beta * radiance * weight;
                 step.radiance += gain;
                 let direction = ray.direction;
                 step.note(Event { direction, gain, weight, ..Event::new("environment", ray.origin) });
@@ -83,39 +95,38 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
 
         // shade_surface: the path ends on black surfaces and after its last event
         let material = &scene.materials[triangle.material as usize];
-        if material.kind == MaterialKind::Black || step.depth == setup.max_depth {
+        let kind = material.kind();
+        if kind == MaterialKind::Black || step.depth == setup.max_depth {
             break;
         }
         let event = step.depth;
         result.guarded = event + 1 == DEPTH_GUARD;
-        let color = vec3(material.color);
-        let delta = material.kind == MaterialKind::Mirror;
+        let delta = bsdf::is_delta(kind);
 
         // shade_surface: light sample
         let mut light_chosen = false;
         if setup.samples_lights() && !delta {
             let words = numbers(light_block(event));
             light_chosen = unit(words[3]) < 0.5;
-            if setup.strategy != Strategy::MisOneSample || light_chosen {
-                let u = [unit(words[1]) as Real, unit(words[2]) as Real];
-                if let Some(light) = sample_light(&setup.lights, &point, words[0], u) {
-                    result.shadow_rays += direct_light(setup, &point, &light, color, &mut step) as u32;
-                }
+            let draws = setup.strategy != Strategy::MisOneSample || light_chosen;
+            if let Some(light) = draws.then(|| sample_light(&setup.lights, &point, words)).flatten() {
+                let scattered = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
+                result.shadow_rays += direct_light(setup, &point, &light, scattered, &mut step) as u32;
             }
         }
 
         // shade_surface: BSDF sample
         let words = numbers(bsdf_block(event));
         let u = [unit(words[0]) as Real, unit(words[1]) as Real];
-        let bounce = match material.kind {
-            MaterialKind::Mirror => sample_mirror(color, point.normal, ray.direction),
-            _ if setup.strategy == Strategy::Uniform => sample_diffuse_uniformly(color, point.normal, u),
-            _ => sample_diffuse(color, point.normal, u),
+        let bounce = if setup.strategy == Strategy::Uniform && !delta {
+            Some(bsdf::sample_uniformly(material, point.normal, ray.direction, u))
+        } else {
+            bsdf::sample(material, point.normal, ray.direction, point.front, u, unit(words[2]) as Real)
         };
+        let Some(bounce) = bounce else { break };
         step.beta *= bounce.factor;
         previous = remember(setup, &bounce, light_chosen);
-        let name = if delta { "mirror" } else { "diffuse" };
-        step.note(Event { direction: bounce.direction, pdf: bounce.pdf_dir, ..here(name) });
+        step.note(Event { direction: bounce.direction, pdf: bounce.pdf_dir, ..here(kind.name()) });
         step.depth += 1;
 
         // shade_surface: nothing more to find?
@@ -139,24 +150,25 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             }
             step.beta *= 1.0 / survival;
         }
-        ray = Ray { origin: point.origin, direction: bounce.direction, tmin: 0.0, tmax: Real::INFINITY };
+        let through = bounce.direction.dot(point.normal) < 0.0;
+        let origin = if through { point.origin_behind } else { point.origin };
+        ray = Ray { origin, direction: bounce.direction, tmin: 0.0, tmax: Real::INFINITY };
     }
     result.radiance = step.radiance;
     result
 }
 
-/// Adds the contribution of a light sample if nothing blocks it; whether a shadow ray was traced.
+/// Adds the contribution of a light sample if nothing blocks it; whether a shadow ray was traced. `scattered`: BSDF times
+/// cosine towards the light, and the density with which the BSDF itself would have drawn that direction.
 fn direct_light<R: FnMut(TraceVertex)>(
     setup: &Setup,
     point: &SurfacePoint,
     light: &LightSample,
-    albedo: Vec3,
+    (f_cosine, pdf_bsdf): (Vec3, Real),
     step: &mut Step<R>,
 ) -> bool {
-    // BSDF times cosine is albedo times cos/pi, and cos/pi is also the density of the BSDF's own sampling.
-    let pdf_bsdf = bsdf::diffuse_cosine(light.cosine);
     let weight = light_sample_weight(setup.strategy, light.pdf_dir, pdf_bsdf);
-    let contribution = step.beta * albedo * light.radiance * (pdf_bsdf * weight / light.pdf_dir);
+    let contribution = step.beta * f_cosine * light.radiance * (weight / light.pdf_dir);
     if contribution.x + contribution.y + contribution.z == 0.0 {
         return false;
     }
@@ -232,15 +244,6 @@ fn emission_weight(setup: &Setup, previous: Previous, pdf_light: Real) -> Real {
         Strategy::MisBalance => mis::balance(pdf_dir, pdf_light),
         Strategy::MisPower => mis::power(pdf_dir, pdf_light),
     }
-}
-
-/// [`emission_weight`] of the environment.
-fn environment_weight(setup: &Setup, previous: Previous) -> Real {
-    let pdf_light = match previous {
-        Previous::Drawn { cosine, .. } => environment_pdf_dir(&setup.lights, cosine),
-        _ => 0.0,
-    };
-    emission_weight(setup, previous, pdf_light)
 }
 
 /// Whether emission found by the next hit can count at all; if not, the last ray need not be traced.

@@ -27,6 +27,8 @@ pub struct SurfacePoint {
     pub front: bool,
     /// Where rays that leave on the side of `normal` start.
     pub origin: Vec3,
+    /// Where rays that leave on the other side start.
+    pub origin_behind: Vec3,
 }
 
 /// The point with weights (1-u-v, u, v) on `triangle`, kept off its edges, hit by a ray in direction `direction`.
@@ -36,7 +38,8 @@ pub fn surface_point(triangle: &TriangleRecord, u: Real, v: Real, direction: Vec
     let front = front_normal.dot(direction) < 0.0;
     let normal = if front { front_normal } else { -front_normal };
     let (position, offset) = point_and_offset(&triangle.vertices, weights, triangle.sliver as Real);
-    SurfacePoint { position, normal, front, origin: position + normal * offset }
+    let (origin, origin_behind) = (position + normal * offset, position - normal * offset);
+    SurfacePoint { position, normal, front, origin, origin_behind }
 }
 
 /// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move off

@@ -49,6 +49,12 @@ pub fn frame(n: Vec3) -> (Vec3, Vec3) {
     (Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -(sign * n.x)), Vec3::new(b, sign + n.y * n.y * a, -n.y))
 }
 
+/// The world direction `direction` in the frame about `n`.
+pub fn to_local(direction: Vec3, n: Vec3) -> Vec3 {
+    let (tangent, bitangent) = frame(n);
+    Vec3::new(tangent.dot(direction), bitangent.dot(direction), n.dot(direction))
+}
+
 /// `local`, given in the frame about `n`, as a world direction.
 pub fn to_world(local: Vec3, n: Vec3) -> Vec3 {
     let (tangent, bitangent) = frame(n);

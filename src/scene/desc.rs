@@ -64,6 +64,31 @@ pub enum Scattering {
         /// Reflected fraction.
         reflectance: [f64; 3],
     },
+    /// Metal with a GGX distribution of microfacets.
+    Conductor {
+        /// GGX width, in [0, 1]; below 1e-4 it is a mirror.
+        alpha: f64,
+        /// Reflected fraction of every facet, in [0, 1]; not used where there is a complex index.
+        reflectance: [f64; 3],
+        /// Complex index of refraction (eta, k) per channel, for Fresnel's equations.
+        complex_ior: Option<([f64; 3], [f64; 3])>,
+    },
+    /// Smooth glass.
+    Dielectric {
+        /// Index of refraction of what the back side faces, relative to the front; above 0.
+        ior: f64,
+        /// Fraction let through per refraction, in [0, 1] per channel.
+        transmittance: [f64; 3],
+    },
+    /// Diffuse base under a GGX coat.
+    Plastic {
+        /// Albedo of the base, in [0, 1] per channel.
+        albedo: [f64; 3],
+        /// Index of refraction of the coat, at least 1.
+        ior: f64,
+        /// GGX width of the coat, in [0, 1].
+        alpha: f64,
+    },
 }
 
 /// A look-at camera. Lengths in scene units, angle in degrees.
@@ -96,11 +121,33 @@ impl Default for CameraDesc {
     }
 }
 
-/// The environment: constant radiance from every direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EnvironmentDesc {
-    /// W sr^-1 m^-2, linear Rec.709; at least one channel above 0.
-    pub radiance: [f64; 3],
+/// What surrounds the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentDesc {
+    /// The same from every direction.
+    Constant {
+        /// W sr^-1 m^-2, linear Rec.709; at least one channel above 0.
+        radiance: [f64; 3],
+    },
+    /// A picture of the surroundings.
+    Map(MapDesc),
+}
+
+/// A latitude-longitude map: +y up, the centre column towards -z, columns rising towards +x.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MapDesc {
+    /// The file it was read from, for messages.
+    pub file: String,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` values, linear Rec.709, row by row from the top; finite, none negative, not all 0.
+    pub texels: Vec<[f32; 3]>,
+    /// Degrees by which the surroundings are turned about +y, counter-clockwise seen from above.
+    pub rotate: f64,
+    /// Factor from texels to radiance, W sr^-1 m^-2; above 0.
+    pub scale: f64,
 }
 
 /// The pixel filter, imposed by where samples are put (filter importance sampling, Ernst et al. 2006): every sample then

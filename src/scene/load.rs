@@ -1,12 +1,13 @@
 //! From a path to a [`SceneDesc`]: `.toml`, bare `.obj` or `builtin:NAME`.
 
 use crate::error::{Error, Result};
+use crate::image::Image;
 use crate::scene::builtin;
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc, TriangleDesc};
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, SceneDesc, TriangleDesc};
 use crate::scene::mtl::{MtlKind, MtlMaterial};
 use crate::scene::nearest::nearest;
 use crate::scene::obj::{ObjMaterial, load_obj};
-use crate::scene::parse::{self, Kind, MaterialEntry, SceneFile};
+use crate::scene::parse::{self, EnvironmentEntry, Kind, MaterialEntry, SceneFile};
 use crate::scene::transform::Transform;
 use crate::scene::validate::{self, is_degenerate};
 use std::path::Path;
@@ -35,7 +36,7 @@ impl SceneDesc {
         let mut scene = scene.finish(&[])?;
         frame(&mut scene)?;
         if !emits(&scene) {
-            scene.environment = Some(EnvironmentDesc { radiance: [1.0; 3] });
+            scene.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
             scene.warnings.push("nothing emits light: lit by a constant white environment".into());
         }
         validate::check(&scene)?;
@@ -55,7 +56,15 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
         scene.add_mesh(&path.with_file_name("").join(&mesh.obj), &mesh.transform, Some((path, mesh.line)))?;
     }
     let mut scene = scene.finish(&materials)?;
-    (scene.film, scene.filter, scene.render, scene.environment) = (film, filter, render, environment);
+    (scene.film, scene.filter, scene.render) = (film, filter, render);
+    scene.environment = match environment {
+        None => None,
+        Some(EnvironmentEntry::Constant { radiance }) => Some(EnvironmentDesc::Constant { radiance }),
+        Some(EnvironmentEntry::Map { file, line, rotate, scale }) => {
+            let desc = MapDesc { file, rotate, scale, ..MapDesc::default() };
+            load_map(path, line, desc, &mut scene.warnings)?.map(EnvironmentDesc::Map)
+        }
+    };
     match camera {
         Some(camera) => scene.camera = camera,
         None => frame(&mut scene)?,
@@ -65,6 +74,41 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
     }
     validate::check(&scene)?;
     Ok(scene)
+}
+
+/// Reads the environment map that `desc` names; `None` if it is all black. What cannot be radiance is an error where it is
+/// infinite, and counts 0, with a warning, where it is negative or no number.
+fn load_map(scene: &Path, line: usize, mut desc: MapDesc, warnings: &mut Vec<String>) -> Result<Option<MapDesc>> {
+    let file = scene.with_file_name("").join(&desc.file);
+    let fault = |message: String| Error::parse(scene, Some(line), format!("[environment]: {message}"));
+    let image = Image::read(&file).map_err(|error| fault(error.to_string().replace('\n', ", ")))?;
+    (desc.width, desc.height, desc.texels) = (image.width, image.height, image.pixels);
+    let mut mended = 0;
+    for texel in &mut desc.texels {
+        if texel.iter().any(|&c| c < 0.0 || c.is_nan()) {
+            mended += 1;
+            *texel = texel.map(|c| if c > 0.0 { c } else { 0.0 });
+        }
+    }
+    let name = file.display();
+    if mended > 0 {
+        warnings.push(format!("{name}: {mended} texels are negative or not a number; what is counts as 0"));
+    }
+    if let Some(i) = desc.texels.iter().position(|texel| texel.iter().any(|c| c.is_infinite())) {
+        let (x, y) = (i as u32 % desc.width, i as u32 / desc.width);
+        return Err(fault(format!("{name}: texel {x},{y} is infinite: clamp the map to what the light really is")));
+    }
+    if desc.texels.iter().all(|texel| *texel == [0.0; 3]) || desc.scale == 0.0 {
+        warnings.push(format!("{name}: the environment map is black"));
+        return Ok(None);
+    }
+    desc.file = name.to_string();
+    let environment = EnvironmentDesc::Map(desc);
+    match (validate::environment_fault(&environment), environment) {
+        (Some(message), _) => Err(fault(message)),
+        (None, EnvironmentDesc::Map(desc)) => Ok(Some(desc)),
+        (None, EnvironmentDesc::Constant { .. }) => Ok(None),
+    }
 }
 
 /// Whether any triangle shines.
@@ -164,7 +208,6 @@ impl<'a> Assembly<'a> {
 #[derive(Default)]
 struct Notes {
     undefined: Vec<String>,
-    fallback: Vec<String>,
     textured: usize,
 }
 
@@ -172,10 +215,6 @@ impl Notes {
     fn finish(self, warnings: &mut Vec<String>) {
         if !self.undefined.is_empty() {
             warnings.push(format!("no MTL defines {}: grey (albedo 0.5) instead", list(&self.undefined)));
-        }
-        if !self.fallback.is_empty() {
-            let names = list(&self.fallback);
-            warnings.push(format!("this version has only diffuse and mirror: {names} rendered as diffuse with Kd"));
         }
         if self.textured > 0 {
             warnings.push(format!("textures come later: {} textured material(s) use Kd", self.textured));
@@ -199,36 +238,36 @@ fn resolve(
     entry: Option<&MaterialEntry>,
     notes: &mut Notes,
 ) -> Result<MaterialDesc> {
-    let kind = match (entry.and_then(|e| e.kind), material.kind) {
-        (Some(kind), _) => kind,
-        (None, MtlKind::Mirror) => Kind::Mirror,
-        (None, _) => Kind::Diffuse,
-    };
+    let kind = entry.and_then(|e| e.kind).unwrap_or(match material.kind {
+        MtlKind::Diffuse => Kind::Diffuse,
+        MtlKind::Mirror => Kind::Mirror,
+        MtlKind::Dielectric => Kind::Dielectric,
+        MtlKind::Conductor => Kind::Conductor,
+        MtlKind::Plastic => Kind::Plastic,
+    });
     let name = material.name.clone();
-    let albedo = entry.and_then(|e| e.albedo);
-    let reflectance = entry.and_then(|e| e.reflectance);
+    let fault =
+        |line: usize, message: String| Err(Error::parse(scene, Some(line), format!("[material.{name}]: {message}")));
     if let Some(entry) = entry {
-        let fault = |key: &str| {
-            let message = format!("[material.{name}]: its MTL makes it no kind that has `{key}`: add a `kind`");
-            Err(Error::parse(scene, Some(entry.line), message))
-        };
-        match kind {
-            Kind::Mirror if albedo.is_some() => return fault("albedo"),
-            Kind::Diffuse if reflectance.is_some() => return fault("reflectance"),
-            _ => {}
+        let named = [
+            ("albedo", entry.albedo.is_some()),
+            ("reflectance", entry.reflectance.is_some()),
+            ("alpha", entry.alpha.is_some()),
+            ("eta", entry.complex_ior.is_some()),
+            ("ior", entry.ior.is_some()),
+            ("transmittance", entry.transmittance.is_some()),
+        ];
+        if let Some((key, _)) = named.iter().find(|(key, named)| *named && !kind.has(key)) {
+            return fault(entry.line, format!("its MTL makes it no kind that has `{key}`: add a `kind`"));
         }
     }
-    let by_mtl = entry.is_none_or(|e| e.kind.is_none());
-    if by_mtl && !matches!(material.kind, MtlKind::Diffuse | MtlKind::Mirror) {
-        notes.fallback.push(format!("{name} ({})", format!("{:?}", material.kind).to_lowercase()));
-    }
-    if material.textured && albedo.is_none() && kind == Kind::Diffuse {
+    if material.textured && entry.is_none_or(|e| e.albedo.is_none()) && kind.has("albedo") {
         notes.textured += 1;
     }
-    let scattering = match kind {
-        Kind::Diffuse => Scattering::Diffuse { albedo: albedo.unwrap_or(material.diffuse) },
-        Kind::Mirror => Scattering::Mirror { reflectance: reflectance.unwrap_or(material.specular) },
-    };
+    let scattering = entry.unwrap_or(&MaterialEntry::default()).over(kind, material);
+    if let (Some(entry), Some(message)) = (entry, validate::scattering_fault(&scattering)) {
+        return fault(entry.line, message);
+    }
     Ok(MaterialDesc { name, scattering, emission: entry.and_then(|e| e.emission).unwrap_or(material.emission) })
 }
 

@@ -7,15 +7,18 @@
 
 pub mod builtin;
 pub mod desc;
+pub mod environment;
 mod facade;
 pub mod lights;
 pub mod load;
 pub mod margins;
+pub mod material;
 pub mod mtl;
 pub mod nearest;
 pub mod obj;
 pub mod obj_text;
 pub mod parse;
+mod plastic_energy;
 pub mod prepare;
 pub mod reach;
 pub mod sight;

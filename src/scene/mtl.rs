@@ -3,11 +3,15 @@
 
 use crate::error::{Error, Result};
 use crate::scene::obj_text::{logical_lines, split_keyword, values};
+use crate::scene::validate::{IOR_RANGE, LEAST_COAT_IOR};
 use std::fmt::Write;
 use std::path::Path;
 
 /// Albedo of what has no material at all.
 pub const GREY: [f64; 3] = [0.5; 3];
+
+/// The index of refraction of glass and coats that do not say.
+pub const DEFAULT_IOR: f64 = 1.5;
 
 /// What an MTL entry is, by the first rule that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +39,10 @@ pub struct MtlMaterial {
     pub diffuse: [f64; 3],
     /// Ks, or Kd where there is none, in [0, 1].
     pub specular: [f64; 3],
+    /// GGX width: from Pr where there is one, else from Ns.
+    pub alpha: f64,
+    /// Ni where it is above 1, else 1.5.
+    pub ior: f64,
     /// Ke.
     pub emission: [f64; 3],
     /// It names a map_Kd or map_Ke.
@@ -49,6 +57,8 @@ impl MtlMaterial {
             kind: MtlKind::Diffuse,
             diffuse: GREY,
             specular: GREY,
+            alpha: 1.0,
+            ior: DEFAULT_IOR,
             emission: [0.0; 3],
             textured: false,
         }
@@ -81,7 +91,7 @@ fn clean_mtl(path: &Path, text: &str) -> Result<String> {
                 let [r, g, b] = colour(keyword, rest).map_err(fault)?;
                 writeln!(clean, "{keyword} {r} {g} {b}")
             }
-            "d" | "Tr" | "Ni" | "Pm" => {
+            "d" | "Tr" | "Ni" | "Ns" | "Pm" | "Pr" => {
                 let value = values(rest).find(|word| *word != "-halo").unwrap_or_default();
                 writeln!(clean, "{keyword} {}", number_of(keyword, value).map_err(fault)?)
             }
@@ -146,9 +156,16 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
     // An entry that says nothing of light is as good as none; one that shines or mirrors reflects only what it names.
     let fallback = if specular.is_some() || emission.is_some() { [0.0; 3] } else { GREY };
     let diffuse = diffuse.unwrap_or(fallback);
+    // A Phong exponent as a GGX width: lobes of equal curvature at the top (Walter et al. 2007).
+    let exponent = material.shininess.map_or(0.0, f64::from).max(0.0);
+    let roughness = extra("Pr").map(|pr| pr.clamp(0.0, 1.0));
+    let alpha = roughness.map_or((2.0 / (exponent + 2.0)).sqrt(), |pr| pr * pr);
+    let ior = material.optical_density.map(f64::from).filter(|&ni| ni > 1.0);
     MtlMaterial {
         name: name.clone(),
         kind,
+        alpha,
+        ior: ior.map_or(DEFAULT_IOR, |ni| ni.clamp(LEAST_COAT_IOR, *IOR_RANGE.end())),
         diffuse,
         specular: specular.unwrap_or(diffuse),
         emission: emission.unwrap_or_default(),

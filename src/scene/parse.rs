@@ -1,7 +1,8 @@
 //! A TOML scene file's text into what it says. Reads no other file; every fault names its line.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, PixelFilter, RenderDesc};
+use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
+use crate::scene::mtl::MtlMaterial;
 use crate::scene::toml_reader::{Document, Table};
 use crate::scene::transform::{self, Transform};
 use crate::scene::validate;
@@ -31,7 +32,7 @@ pub struct SceneFile {
     /// The material entries, in file order.
     pub materials: Vec<MaterialEntry>,
     /// The environment, if it shines.
-    pub environment: Option<EnvironmentDesc>,
+    pub environment: Option<EnvironmentEntry>,
 }
 
 /// One `[[mesh]]`.
@@ -45,17 +46,69 @@ pub struct MeshEntry {
     pub transform: Transform,
 }
 
-/// The kinds of material this version renders.
+/// What `[environment]` says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentEntry {
+    /// The same from every direction.
+    Constant {
+        /// Radiance, W sr^-1 m^-2, scale included; not all 0.
+        radiance: [f64; 3],
+    },
+    /// A picture.
+    Map {
+        /// Its file, as written.
+        file: String,
+        /// The line that names it.
+        line: usize,
+        /// Degrees about +y.
+        rotate: f64,
+        /// Factor from texels to radiance, at least 0.
+        scale: f64,
+    },
+}
+
+/// The kinds of material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Lambertian.
     Diffuse,
     /// Perfect mirror.
     Mirror,
+    /// Rough metal.
+    Conductor,
+    /// Smooth glass.
+    Dielectric,
+    /// Diffuse base under a rough coat.
+    Plastic,
+}
+
+impl Kind {
+    /// Every kind with its name in a scene file and the keys it has besides `emission` and `two_sided`.
+    pub const ALL: [(Kind, &'static str, &'static [&'static str]); 5] = [
+        (Kind::Diffuse, "diffuse", &["albedo"]),
+        (Kind::Mirror, "mirror", &["reflectance"]),
+        (Kind::Conductor, "conductor", &["alpha", "reflectance", "eta", "k"]),
+        (Kind::Dielectric, "dielectric", &["ior", "transmittance"]),
+        (Kind::Plastic, "plastic", &["albedo", "ior", "alpha"]),
+    ];
+
+    fn row(self) -> &'static (Kind, &'static str, &'static [&'static str]) {
+        Self::ALL.iter().find(|row| row.0 == self).unwrap_or(&Self::ALL[0])
+    }
+
+    /// Its name in a scene file.
+    pub fn name(self) -> &'static str {
+        self.row().1
+    }
+
+    /// Whether it has this key.
+    pub fn has(self, key: &str) -> bool {
+        self.row().2.contains(&key)
+    }
 }
 
 /// One `[material.NAME]`: the keys it names.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MaterialEntry {
     /// The material's name.
     pub name: String,
@@ -63,12 +116,36 @@ pub struct MaterialEntry {
     pub line: usize,
     /// Kind, if named.
     pub kind: Option<Kind>,
-    /// Albedo of the diffuse kind, if named.
+    /// Albedo, if named.
     pub albedo: Option<[f64; 3]>,
-    /// Reflectance of the mirror, if named.
+    /// Reflectance, if named.
     pub reflectance: Option<[f64; 3]>,
+    /// GGX width, if named.
+    pub alpha: Option<f64>,
+    /// Complex index of refraction, if named.
+    pub complex_ior: Option<([f64; 3], [f64; 3])>,
+    /// Index of refraction, if named.
+    pub ior: Option<f64>,
+    /// Transmittance, if named.
+    pub transmittance: Option<[f64; 3]>,
     /// Emission, if named.
     pub emission: Option<[f64; 3]>,
+}
+
+impl MaterialEntry {
+    /// How `material` scatters as a `kind` with this entry's keys put over it.
+    pub fn over(&self, kind: Kind, material: &MtlMaterial) -> Scattering {
+        let albedo = self.albedo.unwrap_or(material.diffuse);
+        let reflectance = self.reflectance.unwrap_or(material.specular);
+        let (alpha, ior) = (self.alpha.unwrap_or(material.alpha), self.ior.unwrap_or(material.ior));
+        match kind {
+            Kind::Diffuse => Scattering::Diffuse { albedo },
+            Kind::Mirror => Scattering::Mirror { reflectance },
+            Kind::Conductor => Scattering::Conductor { alpha, reflectance, complex_ior: self.complex_ior },
+            Kind::Dielectric => Scattering::Dielectric { ior, transmittance: self.transmittance.unwrap_or([1.0; 3]) },
+            Kind::Plastic => Scattering::Plastic { albedo, ior, alpha },
+        }
+    }
 }
 
 /// Reads the text of the scene file `path`.
@@ -218,54 +295,86 @@ fn parse_materials(table: &Table<'_>) -> Result<Vec<MaterialEntry>> {
 }
 
 fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
-    let known = ["kind", "albedo", "reflectance", "emission", "two_sided"];
-    // Before the keys: `kind = "plastic"` explains a later `ior` better than the `ior` itself does.
+    let mut known = vec!["kind", "emission", "two_sided"];
+    known.extend(Kind::ALL.iter().flat_map(|row| row.2));
     let kind = match table.string("kind")? {
         None => None,
-        Some("diffuse") => Some(Kind::Diffuse),
-        Some("mirror") => Some(Kind::Mirror),
-        Some(later @ ("conductor" | "dielectric" | "plastic")) => {
-            return Err(table.not_yet("kind", &format!("kind = \"{later}\"")));
-        }
-        Some(other) => {
-            let message = format!("unknown kind \"{other}\"; known: \"diffuse\", \"mirror\"");
-            return Err(table.error_at("kind", message));
-        }
+        Some(word) => match Kind::ALL.iter().find(|row| row.1 == word) {
+            Some(row) => Some(row.0),
+            None => {
+                let names = Kind::ALL.map(|row| format!("\"{}\"", row.1)).join(", ");
+                return Err(table.error_at("kind", format!("unknown kind \"{word}\"; known: {names}")));
+            }
+        },
     };
-    table.check_keys(&known, &["alpha", "eta", "k", "ior", "transmittance", "texture"])?;
+    table.check_keys(&known, &["texture"])?;
     if table.boolean("two_sided")? == Some(true) {
         return Err(table.not_yet("two_sided", "two_sided = true"));
     }
+    if let Some(kind) = kind {
+        let foreign =
+            Kind::ALL.iter().flat_map(|row| row.2).find(|key| table.entries.contains_key(**key) && !kind.has(key));
+        if let Some(key) = foreign {
+            let has = kind.row().2.join("`, `");
+            return Err(table.error_at(key, format!("a {} has no `{key}`; it has `{has}`", kind.name())));
+        }
+    }
+    let complex_ior = match (table.vector("eta")?, table.vector("k")?) {
+        (Some(eta), Some(k)) => Some((eta, k)),
+        (None, None) => None,
+        (Some(_), None) => return Err(table.error_at("eta", "`eta` needs `k` beside it")),
+        (None, Some(_)) => return Err(table.error_at("k", "`k` needs `eta` beside it")),
+    };
     let entry = MaterialEntry {
         name: name.to_owned(),
         line: table.document.line(table.span.clone()),
         kind,
         albedo: table.fraction("albedo")?,
         reflectance: table.fraction("reflectance")?,
+        alpha: table.number("alpha")?,
+        complex_ior,
+        ior: table.number("ior")?,
+        transmittance: table.fraction("transmittance")?,
         emission: table.radiance("emission")?,
     };
-    match (kind, entry.albedo, entry.reflectance) {
-        (Some(Kind::Mirror), Some(_), _) => Err(table.error_at("albedo", "a mirror has `reflectance`, not `albedo`")),
-        (Some(Kind::Diffuse), _, Some(_)) => {
-            Err(table.error_at("reflectance", "a diffuse material has `albedo`, not `reflectance`"))
-        }
-        (_, Some(_), Some(_)) => Err(table.error_at("reflectance", "`albedo` and `reflectance` exclude each other")),
+    // What the entry leaves to the MTL is in range already; what it names is judged at its own line.
+    let named = kind.and_then(|kind| validate::scattering_fault(&entry.over(kind, &MtlMaterial::grey(name))));
+    if let Some(fault) = named {
+        return Err(table.error_at(fault.split(' ').next().unwrap_or_default(), fault.as_str()));
+    }
+    match (entry.albedo, entry.reflectance, complex_ior) {
+        (Some(_), Some(_), _) => Err(table.error_at("reflectance", "`albedo` and `reflectance` exclude each other")),
+        (_, Some(_), Some(_)) => Err(table.error_at("reflectance", "`reflectance` and `eta`, `k` exclude each other")),
         _ => Ok(entry),
     }
 }
 
-fn parse_environment(table: &Table<'_>) -> Result<Option<EnvironmentDesc>> {
-    table.check_keys(&["radiance", "scale"], &["map", "rotate"])?;
-    let radiance = table.need("radiance", table.radiance("radiance")?)?;
+fn parse_environment(table: &Table<'_>) -> Result<Option<EnvironmentEntry>> {
+    table.check_keys(&["radiance", "map", "rotate", "scale"], &[])?;
     let scale = table.number("scale")?.unwrap_or(1.0);
     if scale < 0.0 {
         return Err(table.error_at("scale", "`scale` is negative; light cannot be"));
+    }
+    let (radiance, map) = (table.radiance("radiance")?, table.string("map")?);
+    let Some(radiance) = radiance else {
+        let file = map.ok_or_else(|| table.error("`radiance` or `map` is missing"))?.to_owned();
+        if file.is_empty() {
+            return Err(table.error_at("map", "`map` is empty: name an .exr, .hdr, .pfm or .png file"));
+        }
+        let rotate = table.number("rotate")?.unwrap_or(0.0);
+        return Ok(Some(EnvironmentEntry::Map { file, line: table.line_of("map"), rotate, scale }));
+    };
+    if map.is_some() {
+        return Err(table.error_at("map", "`radiance` and `map` exclude each other: keep one"));
+    }
+    if table.number("rotate")?.is_some() {
+        return Err(table.error_at("rotate", "`rotate` turns a `map`; constant radiance has nothing to turn"));
     }
     let radiance = radiance.map(|x| x * scale);
     if !radiance.iter().all(|&x| validate::fits_f32(x)) {
         return Err(table.error_at("scale", "radiance times scale must stay below 3.4e38"));
     }
-    Ok((radiance != [0.0; 3]).then_some(EnvironmentDesc { radiance }))
+    Ok((radiance != [0.0; 3]).then_some(EnvironmentEntry::Constant { radiance }))
 }
 
 /// The bytes of a TOML file as text.

@@ -5,8 +5,10 @@ use std::time::Instant;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
+use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
+use super::environment::Environment;
 use super::margins::Margins;
+use super::material::{MaterialKind, MaterialRecord};
 use super::validate::is_degenerate;
 use crate::bvh::Bvh;
 use crate::error::{Error, Result};
@@ -32,38 +34,6 @@ pub struct TriangleRecord {
     pub inset: f32,
 }
 
-/// How a material scatters; the order in which materials are sorted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum MaterialKind {
-    /// Scatters nothing: a path that arrives ends.
-    Black = 0,
-    /// Lambertian.
-    Diffuse = 1,
-    /// Perfect mirror.
-    Mirror = 2,
-}
-
-impl MaterialKind {
-    /// The word used in plans and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            MaterialKind::Black => "black",
-            MaterialKind::Diffuse => "diffuse",
-            MaterialKind::Mirror => "mirror",
-        }
-    }
-}
-
-/// One material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MaterialRecord {
-    /// Albedo (diffuse) or reflectance (mirror), linear Rec.709.
-    pub color: [f32; 3],
-    /// How it scatters.
-    pub kind: MaterialKind,
-}
-
 /// One emissive triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
@@ -85,6 +55,12 @@ pub struct Features {
     pub diffuse: bool,
     /// Some triangle has a mirror material.
     pub mirror: bool,
+    /// Some triangle is a rough metal.
+    pub conductor: bool,
+    /// Some triangle is glass.
+    pub dielectric: bool,
+    /// Some triangle is coated.
+    pub plastic: bool,
     /// Emissive triangles.
     pub emissive_triangles: usize,
     /// Something surrounds the scene.
@@ -111,8 +87,8 @@ pub struct PreparedScene {
     pub materials: Vec<MaterialRecord>,
     /// Emissive triangles, by ascending id.
     pub emitters: Vec<Emitter>,
-    /// Constant radiance of the surroundings, if there are any.
-    pub environment: Option<[f32; 3]>,
+    /// The surroundings, if there are any.
+    pub environment: Option<Environment>,
     /// The acceleration structure.
     pub bvh: Bvh,
     /// What the scene holds.
@@ -124,6 +100,13 @@ pub struct PreparedScene {
     pub load_s: f64,
     /// Seconds spent in deriving tables and building the BVH.
     pub build_s: f64,
+}
+
+impl Features {
+    /// Whether any surface scatters light.
+    pub fn scatters(&self) -> bool {
+        self.diffuse || self.mirror || self.conductor || self.dielectric || self.plastic
+    }
 }
 
 impl PreparedScene {
@@ -145,7 +128,7 @@ impl PreparedScene {
         let triangles = triangle_table(desc, &degenerate, &material_index, &emitters);
         let classes: Vec<u8> = triangles
             .iter()
-            .map(|t| materials[t.material as usize].kind as u8 | if t.light == NO_LIGHT { 0 } else { CLASS_EMITS })
+            .map(|t| materials[t.material as usize].kind() as u8 | if t.light == NO_LIGHT { 0 } else { CLASS_EMITS })
             .collect();
         let corners: Vec<[u32; 3]> = desc.triangles.iter().map(|t| t.vertices).collect();
         let bvh = Bvh::build(&desc.positions, &corners, |id| !degenerate[id as usize]);
@@ -153,6 +136,9 @@ impl PreparedScene {
         let features = Features {
             diffuse: uses(MaterialKind::Diffuse),
             mirror: uses(MaterialKind::Mirror),
+            conductor: uses(MaterialKind::Conductor),
+            dielectric: uses(MaterialKind::Dielectric),
+            plastic: uses(MaterialKind::Plastic),
             emissive_triangles: emitters.len(),
             environment: desc.environment.is_some(),
         };
@@ -166,7 +152,7 @@ impl PreparedScene {
             classes,
             materials,
             emitters,
-            environment: desc.environment.map(|e| e.radiance.map(|c| c as f32)),
+            environment: desc.environment.as_ref().map(Environment::new),
             bvh,
             features,
             warnings: Vec::new(),
@@ -188,6 +174,9 @@ impl PreparedScene {
             ("emissive triangles", size_of_val(&self.emitters[..])),
         ];
         tables.extend(self.bvh.tables());
+        if let Some(Environment::Map(map)) = &self.environment {
+            tables.extend(map.tables());
+        }
         tables.retain(|table| table.1 > 0);
         tables
     }
@@ -209,17 +198,9 @@ fn double_area_vector([a, b, c]: [[f32; 3]; 3]) -> DVec3 {
 
 /// Materials sorted by kind (stable), and for each old index its new one.
 fn material_table(descs: &[MaterialDesc]) -> (Vec<MaterialRecord>, Vec<u32>) {
-    let record = |m: &MaterialDesc| {
-        let (color, kind) = match m.scattering {
-            Scattering::Diffuse { albedo } => (albedo, MaterialKind::Diffuse),
-            Scattering::Mirror { reflectance } => (reflectance, MaterialKind::Mirror),
-        };
-        let color = color.map(|c| c as f32);
-        MaterialRecord { color, kind: if color == [0.0; 3] { MaterialKind::Black } else { kind } }
-    };
-    let records: Vec<MaterialRecord> = descs.iter().map(record).collect();
+    let records: Vec<MaterialRecord> = descs.iter().map(MaterialRecord::new).collect();
     let mut order: Vec<usize> = (0..records.len()).collect();
-    order.sort_by_key(|&i| records[i].kind);
+    order.sort_by_key(|&i| records[i].kind());
     let mut new_index = vec![0; records.len()];
     for (new, &old) in order.iter().enumerate() {
         new_index[old] = new as u32;

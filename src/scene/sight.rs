@@ -66,7 +66,7 @@ fn hits(bvh: &Bvh, starts: &[Start; LANES], direction: impl Fn(&Start) -> Vec3, 
         tmin: F32x8::ZERO,
         tmax: F32x8::splat(tmax),
     };
-    bvh.occluded(&rays, Mask8::ALL).bits() as u8
+    bvh.occluded(&rays, Mask8::ALL).bits()
 }
 
 /// Where a ray leaves an emitter's front.

@@ -1,9 +1,12 @@
 //! What must hold of every [`SceneDesc`], whoever made it, and what counts as a triangle without area.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, Scattering, SceneDesc};
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, Scattering, SceneDesc};
 use crate::settings::MAX_FILM_SIDE;
 use glam::DVec3;
+
+/// The most texels an environment map may have.
+pub const MAX_TEXELS: usize = 1 << 28;
 
 /// Whether a triangle has no area, exactly: its corners lie on one line (judged in f64) or are not finite. Such
 /// triangles keep their number but are left out of the BVH and of the light table.
@@ -48,6 +51,49 @@ pub fn camera_fault(camera: &CameraDesc) -> Option<&'static str> {
     None
 }
 
+/// The smallest and the largest index of refraction of glass and coats.
+pub const IOR_RANGE: std::ops::RangeInclusive<f64> = 0.05..=20.0;
+/// The smallest index of refraction of a coat: below, it would not be there.
+pub const LEAST_COAT_IOR: f64 = 1.01;
+/// The largest component of a conductor's complex index of refraction.
+pub const MOST_COMPLEX_IOR: f64 = 1e3;
+
+/// What is wrong with how a material scatters, if anything is; the text begins with the key to change.
+pub fn scattering_fault(scattering: &Scattering) -> Option<String> {
+    let fraction = |name: &str, v: &[f64; 3]| {
+        let fine = v.iter().all(|f| (0.0..=1.0).contains(f));
+        (!fine).then(|| format!("{name} is {v:?}; each channel must lie in [0, 1]"))
+    };
+    let width = |alpha: f64| {
+        (!(0.0..=1.0).contains(&alpha)).then(|| format!("alpha is {alpha}; a GGX width must lie in [0, 1]"))
+    };
+    match scattering {
+        Scattering::Diffuse { albedo } => fraction("albedo", albedo),
+        Scattering::Mirror { reflectance } => fraction("reflectance", reflectance),
+        Scattering::Conductor { alpha, reflectance, complex_ior } => {
+            let index = complex_ior.iter().find_map(|(eta, k)| {
+                let eta_fits = eta.iter().all(|x| (1e-3..=MOST_COMPLEX_IOR).contains(x));
+                let k_fits = k.iter().all(|x| (0.0..=MOST_COMPLEX_IOR).contains(x));
+                match (eta_fits, k_fits) {
+                    (false, _) => Some(format!("eta is {eta:?}; each channel must lie in [0.001, {MOST_COMPLEX_IOR}]")),
+                    (_, false) => Some(format!("k is {k:?}; each channel must lie in [0, {MOST_COMPLEX_IOR}]")),
+                    _ => None,
+                }
+            });
+            width(*alpha).or_else(|| fraction("reflectance", reflectance)).or(index)
+        }
+        Scattering::Dielectric { ior, transmittance } => {
+            let index = (!IOR_RANGE.contains(ior)).then(|| format!("ior is {ior}; glass has 0.05 to 20"));
+            index.or_else(|| fraction("transmittance", transmittance))
+        }
+        Scattering::Plastic { albedo, ior, alpha } => {
+            let fits = (LEAST_COAT_IOR..=*IOR_RANGE.end()).contains(ior);
+            let index = (!fits).then(|| format!("ior is {ior}; a coat has {LEAST_COAT_IOR} to 20"));
+            index.or_else(|| fraction("albedo", albedo)).or_else(|| width(*alpha))
+        }
+    }
+}
+
 /// Checks everything the tables rely on. Loading has already said more about where; this is the last gate, also for
 /// scenes that a program put together.
 pub fn check(scene: &SceneDesc) -> Result<()> {
@@ -75,18 +121,44 @@ pub fn check(scene: &SceneDesc) -> Result<()> {
         return fail(format!("triangle {i} names a vertex or material that does not exist"));
     }
     for material in &scene.materials {
-        let (Scattering::Diffuse { albedo: factor } | Scattering::Mirror { reflectance: factor }) = material.scattering;
-        if !factor.iter().all(|f| (0.0..=1.0).contains(f)) {
-            return fail(format!("material `{}` reflects {factor:?}; each channel must lie in [0, 1]", material.name));
+        if let Some(fault) = scattering_fault(&material.scattering) {
+            return fail(format!("material `{}`: {fault}", material.name));
         }
         if !material.emission.iter().all(|&e| e >= 0.0 && fits_f32(e)) {
             return fail(format!("material `{}` emits {:?}, not finite or negative", material.name, material.emission));
         }
     }
-    if let Some(environment) = scene.environment
-        && !environment.radiance.iter().all(|&e| e >= 0.0 && fits_f32(e))
-    {
-        return fail(format!("the environment's radiance {:?} is negative or not finite", environment.radiance));
+    match scene.environment.as_ref().and_then(environment_fault) {
+        Some(fault) => fail(fault),
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// Why this environment cannot shine, if it cannot.
+pub fn environment_fault(environment: &EnvironmentDesc) -> Option<String> {
+    let map = match environment {
+        EnvironmentDesc::Constant { radiance } => {
+            let fine = radiance.iter().all(|&e| e >= 0.0 && fits_f32(e));
+            return (!fine).then(|| format!("the environment's radiance {radiance:?} is negative or not finite"));
+        }
+        EnvironmentDesc::Map(map) => map,
+    };
+    let name = &map.file;
+    if map.width == 0 || map.height == 0 || map.texels.len() as u64 != map.width as u64 * map.height as u64 {
+        return Some(format!("environment map {name}: {} texels for {} x {}", map.texels.len(), map.width, map.height));
+    }
+    if map.width > MAX_FILM_SIDE || map.height > MAX_FILM_SIDE || map.texels.len() > MAX_TEXELS {
+        let size = format!("{} x {}", map.width, map.height);
+        return Some(format!("environment map {name}: {size} texels are too many; scale it down to 16384 x 8192"));
+    }
+    if !(map.scale > 0.0 && fits_f32(map.scale) && map.rotate.is_finite()) {
+        return Some(format!("environment map {name}: scale must be above 0, scale and rotate finite"));
+    }
+    let brightest = map.texels.iter().flatten().fold(0.0, |most: f32, &c| if c <= most { most } else { c });
+    // A NaN takes the brightest's place and fails the test below.
+    if !(fits_f32(brightest as f64 * map.scale)) || map.texels.iter().flatten().any(|&c| c < 0.0) {
+        return Some(format!("environment map {name}: texels times scale must be finite and not negative"));
+    }
+    let lit = (brightest as f64 * map.scale) as f32 >= f32::MIN_POSITIVE;
+    (!lit).then(|| format!("environment map {name}: no texel shines"))
 }

@@ -1,7 +1,7 @@
 //! TOML scene files.
 
 use crate::common::*;
-use octray::scene::desc::Scattering;
+use octray::scene::desc::{EnvironmentDesc, Scattering};
 use octray::{Lights, Sampler, Strategy};
 
 /// `text` as the whole TOML fails with a message that has all `words`.
@@ -62,7 +62,7 @@ scale = 2
     assert_eq!((render.lights, render.sampler), (Some(Lights::Power), Some(Sampler::Independent)));
     assert_eq!(scene.materials[0].scattering, Scattering::Mirror { reflectance: [0.1, 0.2, 1.0] });
     assert_eq!(scene.materials[0].emission, [4.0, 5.0, 6.0]);
-    assert_eq!(scene.environment.unwrap().radiance, [2.0, 0.0, 1.0]);
+    assert_eq!(scene.environment, Some(EnvironmentDesc::Constant { radiance: [2.0, 0.0, 1.0] }));
     assert!(scene.name.ends_with("scene.toml") && scene.warnings.is_empty(), "{:?}", scene.warnings);
 }
 
@@ -93,21 +93,35 @@ fn unknown_keys_name_the_nearest() {
 }
 
 #[test]
-fn what_later_versions_bring_is_named() {
-    for kind in ["conductor", "dielectric", "plastic"] {
-        fails_below(
-            &format!("[material.a]\nkind = \"{kind}\"\nior = 1.5"),
-            &["scene.toml:7:", kind, "not supported yet"],
-        );
+fn material_keys_must_fit_the_kind_and_their_range() {
+    let fails_for = |entry: &str, words: &[&str]| fails_below(&format!("[material.a]\n{entry}"), words);
+    fails_for("kind = 'metal'", &["scene.toml:7:", "unknown kind", "\"conductor\"", "\"plastic\""]);
+    fails_for("kind = 'conductor'\nior = 1.5", &["scene.toml:8:", "a conductor has no `ior`", "`alpha`"]);
+    fails_for("kind = 'dielectric'\nalbedo = [0, 0, 0]", &["scene.toml:8:", "a dielectric has no `albedo`"]);
+    fails_for("kind = 'conductor'\neta = [1, 1, 1]", &["scene.toml:8:", "`eta` needs `k`"]);
+    fails_for("kind = 'conductor'\nk = [1, 1, 1]", &["scene.toml:8:", "`k` needs `eta`"]);
+    let both = "kind = 'conductor'\nreflectance = [1, 1, 1]\neta = [1, 1, 1]\nk = [1, 1, 1]";
+    fails_for(both, &["scene.toml:8:", "exclude each other"]);
+    fails_for("kind = 'conductor'\neta = [1, 1, 1]\nk = [1, -1, 1]", &["scene.toml:9:", "k is"]);
+    for (entry, word) in [
+        ("kind = 'conductor'\nalpha = 1.5", "alpha"),
+        ("kind = 'conductor'\nalpha = -0.5", "alpha"),
+        ("kind = 'conductor'\neta = [0, 1, 1]\nk = [1, 1, 1]", "eta"),
+        ("kind = 'dielectric'\nior = 0", "ior"),
+        ("kind = 'plastic'\nior = 1", "ior"),
+        ("kind = 'plastic'\nalpha = 2", "alpha"),
+    ] {
+        fails_for(entry, &["scene.toml:8:", word]);
     }
-    for key in
-        ["alpha = 1", "eta = 1", "k = 1", "ior = 1", "transmittance = 1", "texture = 'a.png'", "two_sided = true"]
-    {
+    fails_for("kind = 'dielectric'\ntransmittance = [1, 1, 2]", &["scene.toml:8:", "transmittance"]);
+}
+
+#[test]
+fn what_later_versions_bring_is_named() {
+    for key in ["texture = 'a.png'", "two_sided = true"] {
         let word = key.split(' ').next().unwrap();
         fails_below(&format!("[material.a]\n{key}"), &["scene.toml:7:", word, "not supported yet"]);
     }
-    fails_below("[environment]\nmap = 'sky.exr'", &["scene.toml:7:", "`map`", "not supported yet"]);
-    fails_below("[environment]\nradiance = [1, 1, 1]\nrotate = 3", &["scene.toml:8:", "`rotate`", "not supported yet"]);
     fails_below("[render]\nsampler = 'sobol'", &["sobol", "not supported yet"]);
     fails_below("[render]\nlights = 'tree'", &["tree", "not supported yet"]);
 }
@@ -143,7 +157,7 @@ fn values_out_of_range_are_refused_with_their_line() {
     fails_below("[environment]\nradiance = [0, -1, 0]", &["scene.toml:7:", "negative"]);
     fails_below("[environment]\nradiance = [0, 1, 0]\nscale = -1", &["scene.toml:8:", "negative"]);
     fails_below("[environment]\nradiance = [0, 1e30, 0]\nscale = 1e30", &["scene.toml:8:", "3.4e38"]);
-    fails_below("[environment]\nscale = 1", &["scene.toml:6:", "`radiance` is missing"]);
+    fails_below("[environment]\nscale = 1", &["scene.toml:6:", "`radiance` or `map` is missing"]);
     fails_below("scale = 0", &["scene.toml:6:", "`scale` is 0"]);
     fails_below("rotate = {axis = [0, 0, 0], degrees = 1}", &["scene.toml:6:", "`axis` is zero"]);
     fails_below("rotate = {degrees = 1}", &["scene.toml:6:", "`axis` is missing"]);
@@ -166,8 +180,14 @@ fn wrong_types_are_refused_with_their_line() {
     fails_below("rotate = 90", &["scene.toml:6:", "must be a table"]);
     fails_below("[material.a]\ntwo_sided = 1", &["scene.toml:7:", "true or false"]);
     fails_below("[material.a]\nkind = 'glass'", &["scene.toml:7:", "unknown kind", "\"mirror\""]);
-    fails_below("[material.a]\nkind = 'mirror'\nalbedo = [0, 0, 0]", &["scene.toml:8:", "`reflectance`, not `albedo`"]);
-    fails_below("[material.a]\nkind = 'diffuse'\nreflectance = [0, 0, 0]", &["scene.toml:8:", "`albedo`, not"]);
+    fails_below(
+        "[material.a]\nkind = 'mirror'\nalbedo = [0, 0, 0]",
+        &["scene.toml:8:", "a mirror has no `albedo`", "`reflectance`"],
+    );
+    fails_below(
+        "[material.a]\nkind = 'diffuse'\nreflectance = [0, 0, 0]",
+        &["scene.toml:8:", "a diffuse has no `reflectance`", "`albedo`"],
+    );
     fails_below("[material.default]\nreflectance = [0, 0, 0]", &["scene.toml:6:", "add a `kind`"]);
 }
 

@@ -15,7 +15,7 @@ fn leaking(mesh: &Mesh, shift: f64) -> PreparedScene {
     let white = maker.diffuse([1.0; 3], [0.0; 3]);
     let away = DVec3::new(0.62, -0.57, 0.54).normalize() * 2.0 * shift;
     add(&mut maker, mesh, white, |p| skew() * p + away);
-    maker.desc.environment = Some(EnvironmentDesc { radiance: [1.0; 3] });
+    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
     let inside = skew() * (mesh.0.iter().sum::<DVec3>() / mesh.0.len() as f64) + away;
     let ahead = inside + DVec3::new(0.3, 0.2, -1.0) * (1.0 + 1e-3 * inside.length());
     maker.seen(inside.to_array(), ahead.to_array(), 90.0)

@@ -101,7 +101,7 @@ fn a_ball_in_even_light_is_even_wherever_it_lies() {
         let grey = maker.diffuse([0.5; 3], [0.0; 3]);
         let away = DVec3::new(0.62, -0.57, 0.54).normalize() * 2.0 * sizes;
         add(&mut maker, &sphere(4), grey, |p| (skew() * p + away) * scale);
-        maker.desc.environment = Some(EnvironmentDesc { radiance: [1.0; 3] });
+        maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
         let eye = (away + DVec3::new(0.0, 0.0, 4.0)) * scale;
         let scene = maker.seen(eye.to_array(), (away * scale).to_array(), 20.0);
         let film = render_sanely(&scene, &Settings { strategy: Strategy::Nee, ..small(24, 24, 8) }, "ball");

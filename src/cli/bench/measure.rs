@@ -25,6 +25,9 @@ pub struct Row {
     pub clock: &'static str,
     /// Lanes that held work by lanes that could have; `null` where there are no lanes.
     pub lanes_used: Option<f64>,
+    /// The same of packets on their way through the tree, in stages that trace rays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walk_lanes_used: Option<f64>,
     /// Rays or other items in a round.
     pub items: u64,
     /// Rays that hit.

@@ -7,7 +7,7 @@ mod measure;
 mod rays;
 mod walks;
 
-use super::args::EstimatorArgs;
+use super::args::{self, EstimatorArgs};
 use super::output::{JsonArgs, table};
 use super::stats::mrays_per_s;
 use super::{prepare, report, warn};
@@ -21,8 +21,6 @@ use rays::RaySet;
 use std::path::PathBuf;
 use walks::{Answers, Finder, Question, Yardstick};
 
-/// The film of every measurement: this many columns and rows.
-const FILM: u32 = 256;
 /// Samples a pixel of whole renders: enough work for a steady figure, little enough for a short round.
 const PACKET_SPP: u32 = 4;
 const SCALAR_SPP: u32 = 1;
@@ -36,6 +34,9 @@ pub struct BenchArgs {
     /// Rounds; each row is their median
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
     runs: u16,
+    /// Columns and rows of the film
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = args::side, allow_negative_numbers = true)]
+    size: u32,
     #[command(flatten)]
     estimator: EstimatorArgs,
     #[command(flatten)]
@@ -52,12 +53,13 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     let settings = Settings {
         spp: SCALAR_SPP,
         threads: 1,
-        width: Some(FILM),
-        height: Some(FILM),
+        width: Some(args.size),
+        height: Some(args.size),
         crop: None,
         time: None,
         ..settings
     };
+    settings.film_and_crop(scene.desc.film)?;
     let prepared = prepare(&scene)?;
     let sets = rays::record(&prepared, &settings);
     let yardstick = Yardstick::new(&prepared);
@@ -150,6 +152,7 @@ fn render_rows(prepared: &PreparedScene, settings: &Settings) -> Vec<Row> {
         clock: "wall",
         items: stage.lanes_used,
         lanes_used: share(stage.lanes_used, stage.lanes_possible),
+        walk_lanes_used: share(stage.walk_lanes_used.unwrap_or(0), stage.walk_lanes_possible.unwrap_or(0)),
         ..Row::default()
     });
     std::iter::once(whole).chain(stages).collect()
@@ -157,16 +160,16 @@ fn render_rows(prepared: &PreparedScene, settings: &Settings) -> Vec<Row> {
 
 fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
     let runs = rows.first().map_or(0, |row| row.runs);
+    let (width, height) = (settings.width.unwrap_or(0), settings.height.unwrap_or(0));
     format!(
-        "{}, {}, {} x {} pixels, {}, one thread, medians of {runs} rounds\n\n\
+        "{}, {}, {width} x {height} pixels, {}, one thread, medians of {runs} round{}\n\n\
          rays from the engine's queues, Mrays/s of CPU time\n{}\n\
          whole renders, CPU time\n{}\n\
          stages of the packet engine, wall time\n{}",
         prepared.name,
         simd_level(),
-        FILM,
-        FILM,
         settings.strategy,
+        if runs == 1 { "" } else { "s" },
         ray_table(rows),
         render_table(rows),
         stage_table(rows),
@@ -217,10 +220,12 @@ fn render_table(rows: &[Row]) -> String {
 }
 
 fn stage_table(rows: &[Row]) -> String {
-    let mut lines = vec![["  stage", "ns/item", "items", "lanes used"].map(str::to_owned).to_vec()];
+    let mut lines =
+        vec![["  stage", "ns/item", "items", "lanes used", "in the tree's packets"].map(str::to_owned).to_vec()];
     for row in rows.iter().filter(|row| row.ns_per_item.is_some()) {
         let what = format!("  {}", row.what);
-        lines.push(vec![what, number(row.ns_per_item), row.items.to_string(), percent(row.lanes_used)]);
+        let lanes = [row.lanes_used, row.walk_lanes_used].map(percent);
+        lines.push([vec![what, number(row.ns_per_item), row.items.to_string()], lanes.to_vec()].concat());
     }
     table(&lines)
 }

@@ -47,7 +47,7 @@ impl RaySet {
     }
 }
 
-/// The rays of the first sample of every pixel, by kind; kinds without rays are left out. A function of the scene and the
+/// The rays of the first sample of every pixel, by kind (the number behind a name is how many events lie before); kinds without rays are left out. A function of the scene and the
 /// settings alone.
 pub fn record(scene: &PreparedScene, settings: &Settings) -> Vec<RaySet> {
     let setup = Setup::new(scene, settings);
@@ -56,6 +56,7 @@ pub fn record(scene: &PreparedScene, settings: &Settings) -> Vec<RaySet> {
     let set = |name, kind| RaySet { name, kind, tiles: Vec::new() };
     let mut camera = set("camera", RayKind::Camera);
     let mut shadow = set("shadow", RayKind::Shadow);
+    let mut shadow_1 = set("shadow 1", RayKind::Bounce);
     let mut bounce_1 = set("bounce 1", RayKind::Bounce);
     let mut bounce_3 = set("bounce 3", RayKind::Bounce);
     let (width, height) = setup.film;
@@ -76,10 +77,12 @@ pub fn record(scene: &PreparedScene, settings: &Settings) -> Vec<RaySet> {
                 break;
             }
             clock = tile::step(&setup, &plan, &mut state, &mut counters, depth, clock);
-            if depth == 0 {
-                shadow.push(&state.shadow.rays, state.shadow.len);
+            match depth {
+                0 => shadow.push(&state.shadow.rays, state.shadow.len),
+                1 => shadow_1.push(&state.shadow.rays, state.shadow.len),
+                _ => {}
             }
         }
     }
-    [camera, shadow, bounce_1, bounce_3].into_iter().filter(|set| set.count() > 0).collect()
+    [camera, shadow, bounce_1, shadow_1, bounce_3].into_iter().filter(|set| set.count() > 0).collect()
 }

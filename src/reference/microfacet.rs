@@ -1,0 +1,69 @@
+//! Microfacets and Fresnel's equations. Directions are local, +z is the surface normal.
+
+use super::{INV_PI, Real, Vec3, sin_cos_turns};
+
+/// The GGX (Trowbridge-Reitz) density of normals (Walter et al. 2007), per steradian.
+///
+/// From the tangent components, not from 1 - cos^2: for alpha = 1e-4 the cosine of every normal that matters rounds to 1.
+pub fn ggx_d(alpha: Real, m: Vec3) -> Real {
+    let (x, y) = (m.x / alpha, m.y / alpha);
+    let s = x * x + y * y + m.z * m.z;
+    INV_PI / (alpha * alpha * (s * s))
+}
+
+/// sqrt(cos^2 + alpha^2 sin^2): Smith's masking is G1 = 2 cos / (cos + a) (Heitz 2014).
+pub fn smith_a(alpha: Real, v: Vec3) -> Real {
+    (v.z * v.z + alpha * alpha * (v.x * v.x + v.y * v.y)).sqrt()
+}
+
+/// A normal drawn in proportion to its visible area from `wo` (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
+/// Spherical Caps").
+pub fn sample_visible_normal(alpha: Real, wo: Vec3, u: [Real; 2]) -> Vec3 {
+    // Stretched, the surface is a hemisphere; its normals seen from there are those half-way to a spherical cap.
+    let stretched = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z);
+    let stretched = stretched * (1.0 / stretched.dot(stretched).sqrt());
+    let z = (1.0 - u[0]) * (1.0 + stretched.z) - stretched.z;
+    let rest = 1.0 - z * z;
+    let radius = if rest > 0.0 { rest.sqrt() } else { 0.0 };
+    let (sine, cosine) = sin_cos_turns(u[1]);
+    let half = Vec3::new(radius * cosine, radius * sine, z) + stretched;
+    let normal = Vec3::new(alpha * half.x, alpha * half.y, if half.z > 0.0 { half.z } else { 0.0 });
+    let length_squared = normal.dot(normal);
+    if length_squared > 0.0 { normal * (1.0 / length_squared.sqrt()) } else { Vec3::Z }
+}
+
+/// Fresnel reflectance of a dielectric whose index is `eta` times that of the incident side, for unpolarised light (pbrt-v4
+/// section 9.3.5), and the cosine of the refracted direction. 1 under total internal reflection.
+pub fn fresnel_dielectric(cosine: Real, eta: Real) -> (Real, Real) {
+    let sine_squared_t = (1.0 - cosine * cosine) / (eta * eta);
+    let rest = 1.0 - sine_squared_t;
+    if !(rest > 0.0) {
+        return (1.0, 0.0);
+    }
+    let cosine_t = rest.sqrt();
+    let parallel = (eta * cosine - cosine_t) / (eta * cosine + cosine_t);
+    let perpendicular = (cosine - eta * cosine_t) / (cosine + eta * cosine_t);
+    (0.5 * (parallel * parallel + perpendicular * perpendicular), cosine_t)
+}
+
+/// Fresnel reflectance of a conductor with the complex index `eta + i k`, per channel, for unpolarised light (pbrt-v4
+/// section 9.3.6; the real form is Gulbrandsen's, JCGT 2014).
+pub fn fresnel_conductor(cosine: Real, eta: Vec3, k: Vec3) -> Vec3 {
+    let channel = |eta: Real, k: Real| {
+        let cos2 = cosine * cosine;
+        let sin2 = 1.0 - cos2;
+        let (eta2, k2) = (eta * eta, k * k);
+        let t0 = eta2 - k2 - sin2;
+        let a2_plus_b2 = (t0 * t0 + 4.0 * eta2 * k2).sqrt();
+        let a2 = 0.5 * (a2_plus_b2 + t0);
+        let a = if a2 > 0.0 { a2.sqrt() } else { 0.0 };
+        let t1 = a2_plus_b2 + cos2;
+        let t2 = 2.0 * cosine * a;
+        let perpendicular = (t1 - t2) / (t1 + t2);
+        let t3 = cos2 * a2_plus_b2 + sin2 * sin2;
+        let t4 = t2 * sin2;
+        let parallel = perpendicular * (t3 - t4) / (t3 + t4);
+        0.5 * (parallel + perpendicular)
+    };
+    Vec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
+}
