@@ -3,7 +3,9 @@
 //! The triangle test finds `t` from barycentric weights. Their rounding error is 2^-24 times the triangle's *aspect*
 //! (longest edge over height), so on a sliver `t` is off by up to 2^-24 x longest edge x aspect: a ray may then hit the
 //! triangle it has just left, from the wrong side, and go on behind it. Measured: a closed prism of aspect 500 lost 4.7 % of
-//! its rays at every bounce while slivers had no offset of their own; with half that bound as offset it loses 4e-7.
+//! its rays at every bounce while slivers had no offset of their own; with half that bound as offset it loses 4e-7. Of
+//! 1.5 million bounces in a staircase with mouldings of aspect 1,500, 982 hit the triangle they left, now 8 (aspect 6,000
+//! and more); in Sponza 57 of 0.74 million, now none.
 
 use glam::DVec3;
 
