@@ -10,7 +10,6 @@ use crate::bvh::ray::NO_HIT;
 use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
 use crate::scene::desc::PixelFilter;
 use crate::scene::material::MaterialKind;
-use crate::scene::prepare::NO_LIGHT;
 use crate::settings::{DEPTH_GUARD, Strategy};
 use crate::setup::Setup;
 use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, RAY, TraceVertex};
@@ -73,9 +72,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         step.note(Event { direction: ray.direction, ..here("hit") });
 
         // shade_emitter
-        if triangle.light != NO_LIGHT && point.front {
-            let light = &setup.lights.records[triangle.light as usize];
-            let light_cosine = -vec3(triangle.normal).dot(ray.direction);
+        let light = setup.lights.records.get(triangle.light as usize);
+        if let Some(light) = light.filter(|light| point.front || light.two_sided()) {
+            let light_cosine = -point.normal.dot(ray.direction);
             let weight = emission_weight(setup, previous, light_pdf_dir(light, hit.t, light_cosine));
             let gain = step.beta * vec3(light.radiance) * weight;
             step.radiance += gain;

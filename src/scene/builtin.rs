@@ -54,6 +54,7 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
         name: name.into(),
         scattering: Scattering::Diffuse { albedo },
         emission,
+        ..MaterialDesc::default()
     };
     let dark = [0.0; 3];
     let materials = vec![

@@ -49,6 +49,16 @@ pub struct MaterialDesc {
     pub scattering: Scattering,
     /// Emitted radiance on the front side, W sr^-1 m^-2, linear Rec.709.
     pub emission: [f64; 3],
+    /// The back emits as the front does.
+    pub two_sided: bool,
+}
+
+impl Default for MaterialDesc {
+    /// Nameless, black, dark.
+    fn default() -> Self {
+        let scattering = Scattering::Diffuse { albedo: [0.0; 3] };
+        MaterialDesc { name: String::new(), scattering, emission: [0.0; 3], two_sided: false }
+    }
 }
 
 /// How a surface scatters light.

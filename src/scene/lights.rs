@@ -5,7 +5,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::prepare::PreparedScene;
+use super::prepare::{Emitter, PreparedScene};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 
@@ -19,8 +19,21 @@ pub struct LightRecord {
     pub normal: [f32; 3],
     /// Emitted radiance, W sr^-1 m^-2.
     pub radiance: [f32; 3],
-    /// Density of light samples on this triangle, per unit area: selection probability over area.
-    pub pdf_area: f32,
+    /// Density of light samples on this triangle, per unit area: selection probability over area. Its sign bit says that
+    /// both sides emit.
+    pub signed_pdf_area: f32,
+}
+
+impl LightRecord {
+    /// Density of light samples on this triangle, per unit area.
+    pub fn pdf_area(&self) -> f32 {
+        self.signed_pdf_area.abs()
+    }
+
+    /// Both sides emit.
+    pub fn two_sided(&self) -> bool {
+        self.signed_pdf_area.is_sign_negative()
+    }
 }
 
 /// One column of the alias table (Walker 1977, built as Vose 1991 does).
@@ -49,6 +62,8 @@ pub enum Selection {
 pub struct LightTable {
     /// Per emitter of the scene, its record.
     pub records: Vec<LightRecord>,
+    /// Whether any of them emits on both sides.
+    pub two_sided: bool,
     /// How a triangle is chosen.
     pub selection: Selection,
     /// Radiance of the environment, if it is a light.
@@ -68,9 +83,7 @@ impl LightTable {
         };
         let weights: Vec<f64> = match lights {
             Lights::Uniform => vec![1.0; count],
-            Lights::Power => {
-                scene.emitters.iter().map(|e| e.area * e.radiance.iter().map(|&c| c as f64).sum::<f64>()).collect()
-            }
+            Lights::Power => scene.emitters.iter().map(power).collect(),
         };
         let total: f64 = weights.iter().sum();
         let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
@@ -80,7 +93,7 @@ impl LightTable {
                 vertices: triangle.vertices,
                 normal: triangle.normal,
                 radiance: emitter.radiance,
-                pdf_area: (probability(i) / emitter.area) as f32,
+                signed_pdf_area: (probability(i) / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
             }
         });
         let selection = match (count, lights) {
@@ -89,7 +102,13 @@ impl LightTable {
             (_, Lights::Uniform) => Selection::Uniform,
             (_, Lights::Power) => Selection::Alias(alias_table(&weights, total)),
         };
-        LightTable { records: records.collect(), selection, environment: scene.environment, environment_probability }
+        LightTable {
+            records: records.collect(),
+            two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
+            selection,
+            environment: scene.environment,
+            environment_probability,
+        }
     }
 
     /// Whether there is anything to sample.
@@ -131,6 +150,12 @@ impl LightTable {
         tables.retain(|table| table.1 > 0);
         tables
     }
+}
+
+/// What an emitter sends out, up to a constant factor.
+fn power(emitter: &Emitter) -> f64 {
+    let sides = if emitter.two_sided { 2.0 } else { 1.0 };
+    sides * emitter.area * emitter.radiance.iter().map(|&c| c as f64).sum::<f64>()
 }
 
 /// Vose's method: every column holds at most two lights and the columns are equally likely.

@@ -237,7 +237,8 @@ fn resolve(
     if let (Some(entry), Some(message)) = (entry, validate::scattering_fault(&scattering)) {
         return fault(entry.line, message);
     }
-    Ok(MaterialDesc { name, scattering, emission: entry.and_then(|e| e.emission).unwrap_or(material.emission) })
+    let emission = entry.and_then(|e| e.emission).unwrap_or(material.emission);
+    Ok(MaterialDesc { name, scattering, emission, two_sided: entry.is_some_and(|e| e.two_sided) })
 }
 
 /// Gives the scene a camera from +z along -z that has the whole box in view, and says so.

@@ -108,6 +108,8 @@ pub struct MaterialEntry {
     pub transmittance: Option<[f64; 3]>,
     /// Emission, if named.
     pub emission: Option<[f64; 3]>,
+    /// Both sides emit.
+    pub two_sided: bool,
 }
 
 /// Reads the text of the scene file `path`.
@@ -270,9 +272,6 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         },
     };
     table.check_keys(&known, &["texture"])?;
-    if table.boolean("two_sided")? == Some(true) {
-        return Err(table.not_yet("two_sided", "two_sided = true"));
-    }
     if let Some(kind) = kind {
         let foreign =
             Kind::ALL.iter().flat_map(|row| row.2).find(|key| table.entries.contains_key(**key) && !kind.has(key));
@@ -298,6 +297,7 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         ior: table.number("ior")?,
         transmittance: table.fraction("transmittance")?,
         emission: table.radiance("emission")?,
+        two_sided: table.boolean("two_sided")?.unwrap_or(false),
     };
     match (entry.albedo, entry.reflectance, complex_ior) {
         (Some(_), Some(_), _) => Err(table.error_at("reflectance", "`albedo` and `reflectance` exclude each other")),

@@ -39,6 +39,8 @@ pub struct Emitter {
     pub area: f64,
     /// Emitted radiance on the front side, W sr^-1 m^-2.
     pub radiance: [f32; 3],
+    /// The back emits as the front does.
+    pub two_sided: bool,
 }
 
 /// The bit of [`PreparedScene::classes`] that says: this triangle emits.
@@ -192,13 +194,15 @@ fn material_table(descs: &[MaterialDesc]) -> (Vec<MaterialRecord>, Vec<u32>) {
 }
 
 fn emitter_table(desc: &SceneDesc, degenerate: &[bool]) -> Vec<Emitter> {
-    let emission = |id: usize| desc.materials[desc.triangles[id].material as usize].emission;
+    let material = |id: usize| &desc.materials[desc.triangles[id].material as usize];
+    let emission = |id: usize| material(id).emission;
     (0..desc.triangles.len())
         .filter(|&id| !degenerate[id] && emission(id).iter().any(|&c| c as f32 > 0.0))
         .map(|id| Emitter {
             triangle: id as u32,
             area: 0.5 * double_area_vector(corners(desc, id)).length(),
             radiance: emission(id).map(|c| c as f32),
+            two_sided: material(id).two_sided,
         })
         .collect()
 }

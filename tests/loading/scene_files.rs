@@ -100,9 +100,7 @@ fn what_later_versions_bring_is_named() {
             &["scene.toml:7:", kind, "not supported yet"],
         );
     }
-    for key in
-        ["alpha = 1", "eta = 1", "k = 1", "ior = 1", "transmittance = 1", "texture = 'a.png'", "two_sided = true"]
-    {
+    for key in ["alpha = 1", "eta = 1", "k = 1", "ior = 1", "transmittance = 1", "texture = 'a.png'"] {
         let word = key.split(' ').next().unwrap();
         fails_below(&format!("[material.a]\n{key}"), &["scene.toml:7:", word, "not supported yet"]);
     }
