@@ -67,14 +67,15 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             break;
         };
         let triangle = &scene.triangles[hit.triangle as usize];
-        let point = surface_point(triangle, hit.u, hit.v, ray.direction);
-        let here = |name| Event { triangle: hit.triangle, t: hit.t, ..Event::new(name, point.position) };
+        let mut point = surface_point(triangle, scene.corners.get(hit.triangle as usize), hit.u, hit.v, ray.direction);
+        let position = point.position;
+        let here = |name| Event { triangle: hit.triangle, t: hit.t, ..Event::new(name, position) };
         step.note(Event { direction: ray.direction, ..here("hit") });
 
         // shade_emitter
         let light = setup.lights.records.get(triangle.light as usize);
         if let Some(light) = light.filter(|light| point.front || light.two_sided()) {
-            let light_cosine = -point.normal.dot(ray.direction);
+            let light_cosine = -point.true_normal.dot(ray.direction);
             let weight = emission_weight(setup, previous, light_pdf_dir(light, hit.t, light_cosine));
             let gain = step.beta * vec3(light.radiance) * weight;
             step.radiance += gain;
@@ -87,6 +88,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         if kind == MaterialKind::Black || step.depth == setup.max_depth {
             break;
         }
+        if kind != MaterialKind::Diffuse {
+            point.face(-ray.direction);
+        }
         let event = step.depth;
         result.guarded = event + 1 == DEPTH_GUARD;
         let delta = bsdf::is_delta(kind);
@@ -98,7 +102,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             light_chosen = unit(words[3]) < 0.5;
             if setup.strategy != Strategy::MisOneSample || light_chosen {
                 let u = [unit(words[1]) as Real, unit(words[2]) as Real];
-                if let Some(light) = sample_light(&setup.lights, &point, words[0], u) {
+                let above = |light: &LightSample| light.direction.dot(point.true_normal) > 0.0;
+                if let Some(light) = sample_light(&setup.lights, &point, words[0], u).filter(above) {
                     let scattered = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
                     result.shadow_rays += direct_light(setup, &point, &light, scattered, &mut step) as u32;
                 }
@@ -113,7 +118,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         } else {
             bsdf::sample(material, point.normal, ray.direction, point.front, u, unit(words[2]) as Real)
         };
-        let Some(bounce) = bounce else { break };
+        let Some(mut bounce) = bounce else { break };
+        let Some(kept) = point.keep_side(bounce.direction, bounce.delta) else { break };
+        bounce.direction = kept;
         step.beta *= bounce.factor;
         previous = remember(setup, &bounce, light_chosen);
         step.note(Event { direction: bounce.direction, pdf: bounce.pdf_dir, ..here(kind.name()) });
@@ -140,7 +147,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             }
             step.beta *= 1.0 / survival;
         }
-        let through = bounce.direction.dot(point.normal) < 0.0;
+        let through = bounce.direction.dot(point.true_normal) < 0.0;
         let origin = if through { point.origin_behind } else { point.origin };
         ray = Ray { origin, direction: bounce.direction, tmin: 0.0, tmax: Real::INFINITY };
     }

@@ -20,6 +20,8 @@ pub struct SceneDesc {
     /// Triangles in file order after triangulation (n - 2 per polygon); the index is the triangle id. Zero-area
     /// triangles keep their place here and are left out of the BVH.
     pub triangles: Vec<TriangleDesc>,
+    /// What the triangles' corners carry besides positions: empty, or one entry a triangle.
+    pub corners: Vec<CornerDesc>,
     /// Materials, indexed by [`TriangleDesc::material`].
     pub materials: Vec<MaterialDesc>,
     /// What surrounds the scene, if anything does.
@@ -38,6 +40,13 @@ pub struct TriangleDesc {
     /// The front is the clockwise side: the file's vertex normals oppose the winding, or a mirroring transform turned
     /// it (but not both). The order of [`TriangleDesc::vertices`] stays the file's, so hit coordinates do too.
     pub flipped: bool,
+}
+
+/// What the corners of a triangle carry besides their positions, in the order of [`TriangleDesc::vertices`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CornerDesc {
+    /// Unit normals of the smooth surface, world space, towards the front; zero: this corner has none.
+    pub normals: [[f32; 3]; 3],
 }
 
 /// A material: how it scatters, what it emits.

@@ -5,6 +5,7 @@ use std::time::Instant;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
+use super::corners::{CornerRecord, corner_table};
 use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
 use super::material::{MaterialKind, MaterialRecord};
 use super::validate::is_degenerate;
@@ -63,6 +64,8 @@ pub struct Features {
     pub emissive_triangles: usize,
     /// Something surrounds the scene.
     pub environment: bool,
+    /// Some triangle is part of a smooth surface.
+    pub smooth_normals: bool,
 }
 
 /// A scene ready to be rendered: immutable tables, all values finite. Indices are triangle ids in file order.
@@ -79,6 +82,8 @@ pub struct PreparedScene {
     pub render: RenderDesc,
     /// Per triangle id, what shading reads.
     pub triangles: Vec<TriangleRecord>,
+    /// Per triangle id, what its corners carry; empty if no surface is smooth.
+    pub corners: Vec<CornerRecord>,
     /// Per triangle id, the material's kind (low bits) and [`CLASS_EMITS`]: the sorting key of a hit.
     pub classes: Vec<u8>,
     /// Materials in use, sorted by kind.
@@ -119,12 +124,13 @@ impl PreparedScene {
         let (materials, material_index) = material_table(&desc.materials);
         let emitters = emitter_table(desc, &degenerate);
         let triangles = triangle_table(desc, &degenerate, &material_index, &emitters);
+        let corners = corner_table(desc, &triangles);
         let classes: Vec<u8> = triangles
             .iter()
             .map(|t| materials[t.material as usize].kind() as u8 | if t.light == NO_LIGHT { 0 } else { CLASS_EMITS })
             .collect();
-        let corners: Vec<[u32; 3]> = desc.triangles.iter().map(|t| t.vertices).collect();
-        let bvh = Bvh::build(&desc.positions, &corners, |id| !degenerate[id as usize]);
+        let vertices: Vec<[u32; 3]> = desc.triangles.iter().map(|t| t.vertices).collect();
+        let bvh = Bvh::build(&desc.positions, &vertices, |id| !degenerate[id as usize]);
         let uses = |kind: MaterialKind| classes.iter().zip(&degenerate).any(|(c, d)| !d && c & 0x7f == kind as u8);
         let features = Features {
             diffuse: uses(MaterialKind::Diffuse),
@@ -134,6 +140,7 @@ impl PreparedScene {
             plastic: uses(MaterialKind::Plastic),
             emissive_triangles: emitters.len(),
             environment: desc.environment.is_some(),
+            smooth_normals: !corners.is_empty(),
         };
         Ok(PreparedScene {
             name: desc.name.clone(),
@@ -142,6 +149,7 @@ impl PreparedScene {
             filter: desc.filter,
             render: desc.render,
             triangles,
+            corners,
             classes,
             materials,
             emitters,
@@ -157,6 +165,7 @@ impl PreparedScene {
     pub fn tables(&self) -> Vec<(&'static str, usize)> {
         let mut tables = vec![
             ("triangle records", size_of_val(&self.triangles[..])),
+            ("triangle corners", size_of_val(&self.corners[..])),
             ("triangle classes", size_of_val(&self.classes[..])),
             ("materials", size_of_val(&self.materials[..])),
             ("emissive triangles", size_of_val(&self.emitters[..])),
