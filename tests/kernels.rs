@@ -122,7 +122,8 @@ fn surface_points_have_the_same_bits_whatever_idle_lanes_hold() {
                 normal: unit_vector(i, 30),
                 material: i,
                 light: u32::MAX,
-                spare: [0; 2],
+                sliver: 0.5 * i as f32,
+                inset: 100.0 * i as f32,
             }
         })
         .collect();

@@ -113,7 +113,10 @@ fn glossy_bsdfs_are_reciprocal() {
             let direction = |u: Real, v: Real| {
                 let z = 0.05 + 0.95 * u;
                 let r = (1.0 - z * z).sqrt();
-                Vec3::new(r * (v * 6.283).cos(), r * (v * 6.283).sin(), z)
+                {
+                    let (sine, cosine) = (v * std::f64::consts::TAU).sin_cos();
+                    Vec3::new(r * cosine, r * sine, z)
+                }
             };
             let (wo, wi) = (direction(a, b), direction(c, d));
             let (there, _) = bsdf::evaluate(&material, Vec3::Z, -wo, wi);

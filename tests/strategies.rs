@@ -12,6 +12,9 @@ mod common;
 use common::{SCENES, estimate, exact_strategies, prepared, small};
 use octray::{Lights, Scene, Settings, Strategy, render};
 
+/// Sharp lobes and caustics: half of the strategies find them about never. tests/materials.rs compares the strategies on
+/// every material under a light that all of them find.
+const HARD: [&str; 2] = ["scenes/glossy_plates.toml", "scenes/glass.toml"];
 const LECTURE: &str = "scenes/lecture_lights.toml";
 const BLOCKS: u32 = 3;
 const SIDE: u32 = 24;
@@ -19,7 +22,8 @@ const MOST_SIGMAS: f64 = 5.1;
 
 #[test]
 fn exact_strategies_agree_block_by_block() {
-    for (path, softened) in SCENES.into_iter().map(|path| (path, false)).chain([(LECTURE, true)]) {
+    let soft = |path: &&str| !HARD.contains(path);
+    for (path, softened) in SCENES.into_iter().filter(soft).map(|path| (path, false)).chain([(LECTURE, true)]) {
         let mut scene = Scene::load(path).expect("a scene of ours");
         if softened {
             let blue = scene.desc.materials.iter_mut().find(|m| m.name == "blue").expect("the small light");

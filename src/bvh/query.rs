@@ -224,9 +224,11 @@ impl Bvh {
                 let Some(flat) = self.flat() else {
                     return self.intersect_by(Walk::Packet(0), rays, range, hits, scratch, counters);
                 };
+                let mut corners = walk_flat::NO_CORNERS;
                 for first in range.clone().step_by(LANES) {
                     let active = Mask8::first((range.end - first).min(LANES));
-                    let hit = walk_flat::closest(flat, self.extent(), &rays.packet(first), active, counters);
+                    let packet = rays.packet(first);
+                    let hit = walk_flat::closest(flat, self.extent(), &packet, active, &mut corners, counters);
                     hits.set_packet(first, &hit);
                 }
             }
@@ -269,6 +271,7 @@ impl Bvh {
             }
             return;
         }
+        let mut corners = walk_flat::NO_CORNERS;
         for first in range.clone().step_by(LANES) {
             let lanes = (range.end - first).min(LANES);
             blocked[first / LANES] = match walk {
@@ -280,7 +283,8 @@ impl Bvh {
                 }
                 Walk::Flat if self.flat().is_some() => {
                     let flat = self.flat().expect("just seen");
-                    walk_flat::any(flat, self.extent(), &rays.packet(first), Mask8::first(lanes), counters).bits()
+                    let (packet, active) = (rays.packet(first), Mask8::first(lanes));
+                    walk_flat::any(flat, self.extent(), &packet, active, &mut corners, counters).bits()
                 }
                 Walk::Packet(_) | Walk::Stream | Walk::Flat => {
                     let switch = if let Walk::Packet(switch) = walk { switch } else { 0 };

@@ -2,7 +2,7 @@
 
 use super::args::EstimatorArgs;
 use super::output::{JsonArgs, table};
-use super::warn;
+use super::{prepare, warn};
 use crate::error::Result;
 use crate::lanes::simd_level;
 use crate::packet::plan::{LeftOut, Plan, PlannedStage};
@@ -58,7 +58,9 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
-    let info = gather(&scene.prepare()?, &settings, scene.desc.warnings.clone());
+    let prepared = prepare(&scene)?;
+    let warnings = [&scene.desc.warnings[..], &prepared.warnings[..]].concat();
+    let info = gather(&prepared, &settings, warnings);
     args.json.deliver(&info, || text(&info))?;
     Ok(0)
 }

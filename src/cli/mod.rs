@@ -13,9 +13,10 @@ mod render;
 mod stats;
 mod trace;
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::image::check_output_path;
 use crate::lanes::simd_level;
+use crate::scene::{PreparedScene, Scene};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 use std::io::Write;
@@ -112,6 +113,13 @@ fn report_usage(error: &clap::Error) -> u8 {
 
 fn report(error: &impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "error: {error}");
+}
+
+/// [`Scene::prepare`], with what it warns of on stderr.
+fn prepare(scene: &Scene) -> Result<PreparedScene> {
+    let prepared = scene.prepare()?;
+    prepared.warnings.iter().for_each(|warning| warn(warning));
+    Ok(prepared)
 }
 
 fn warn(message: &str) {

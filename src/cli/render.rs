@@ -4,7 +4,7 @@ use super::args::{self, EstimatorArgs, FilmArgs};
 use super::output::{check_json_path, print, write_json};
 use super::progress::Bar;
 use super::stats::Report;
-use super::{report, warn};
+use super::{prepare, report, warn};
 use crate::error::{Error, Result};
 use crate::image::check_output_path;
 use crate::render::{Render, render_with};
@@ -63,7 +63,8 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     let mut warnings = scene.desc.warnings.clone();
     warnings.iter().for_each(|warning| warn(warning));
 
-    let prepared = scene.prepare()?;
+    let prepared = prepare(&scene)?;
+    warnings.extend_from_slice(&prepared.warnings);
     let bar = Bar::new(&settings, args.quiet);
     let mut render = render_with(&prepared, &settings, &|progress| {
         bar.show(&progress);

@@ -2,7 +2,7 @@
 
 use super::args::{self, EstimatorArgs, FilmArgs};
 use super::output::{print, table};
-use super::warn;
+use super::{prepare, warn};
 use crate::bvh::ray::NO_HIT;
 use crate::error::{Error, Result};
 use crate::packet;
@@ -45,7 +45,7 @@ pub fn run(args: &TraceArgs) -> Result<u8> {
              left"
         )));
     }
-    let prepared = scene.prepare()?;
+    let prepared = prepare(&scene)?;
     let setup = Setup::new(&prepared, &settings);
     let mut vertices = Vec::new();
     single::path::trace_path(&setup, (x, y), args.sample, &mut |vertex| vertices.push(vertex));

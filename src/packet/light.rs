@@ -59,7 +59,7 @@ fn choose_triangles(lights: &LightTable, word: U32x8) -> U32x8 {
 #[inline(always)]
 fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
     let columns = gather_records(&lights.records, choose_triangles(lights, word));
-    let (position, offset) = point_and_offset(&vertices(&columns), sample_uniform_triangle(u));
+    let (position, offset) = point_and_offset(&vertices(&columns), sample_uniform_triangle(u), F32x8::ZERO);
     let mut light_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let to_light = position - points.position;
     let distance_squared = to_light.dot(to_light);

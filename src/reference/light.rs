@@ -30,7 +30,7 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, word: u32, u: [Re
         return sample_environment(lights, point, u);
     }
     let light = &lights.records[lights.choose_triangle(word) as usize];
-    let (position, offset) = point_and_offset(&light.vertices, sample_uniform_triangle(u));
+    let (position, offset) = point_and_offset(&light.vertices, sample_uniform_triangle(u), 0.0);
     let to_light = position - point.position;
     let distance_squared = to_light.dot(to_light);
     if !(distance_squared > 0.0) {

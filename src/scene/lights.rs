@@ -5,7 +5,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::prepare::{Emitter, PreparedScene};
+use super::prepare::{Emitter, PreparedScene, TriangleRecord};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 
@@ -13,7 +13,8 @@ use crate::settings::Lights;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct LightRecord {
-    /// Vertices, scene units.
+    /// Vertices, scene units; those of slivers moved off the surface by [`super::margins::Margins::sliver`], so that
+    /// shadow rays to them end before it. (Those of two-sided lights stay: either side may be the far one.)
     pub vertices: [[f32; 3]; 3],
     /// Unit normal of the side that emits.
     pub normal: [f32; 3],
@@ -90,7 +91,7 @@ impl LightTable {
         let records = scene.emitters.iter().enumerate().map(|(i, emitter)| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
-                vertices: triangle.vertices,
+                vertices: if emitter.two_sided { triangle.vertices } else { off_the_surface(triangle) },
                 normal: triangle.normal,
                 radiance: emitter.radiance,
                 signed_pdf_area: (probability(i) / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
@@ -156,6 +157,13 @@ impl LightTable {
 fn power(emitter: &Emitter) -> f64 {
     let sides = if emitter.two_sided { 2.0 } else { 1.0 };
     sides * emitter.area * emitter.radiance.iter().map(|&c| c as f64).sum::<f64>()
+}
+
+/// The vertices of an emissive triangle as shadow rays aim at them.
+fn off_the_surface(triangle: &TriangleRecord) -> [[f32; 3]; 3] {
+    let offset = f64::from(triangle.sliver) * 0.5 * f64::from(f32::EPSILON);
+    let moved = |x: f32, axis: usize| (f64::from(x) + f64::from(triangle.normal[axis]) * offset) as f32;
+    triangle.vertices.map(|v| std::array::from_fn(|axis| moved(v[axis], axis)))
 }
 
 /// Vose's method: every column holds at most two lights and the columns are equally likely.

@@ -2,9 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::scene::builtin;
-use crate::scene::desc::{
-    CameraDesc, CornerDesc, EnvironmentDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc, TriangleDesc,
-};
+use crate::scene::desc::{CameraDesc, CornerDesc, EnvironmentDesc, MaterialDesc, RenderDesc, SceneDesc, TriangleDesc};
 use crate::scene::mtl::{MtlKind, MtlMaterial};
 use crate::scene::nearest::nearest;
 use crate::scene::obj::{ObjMaterial, ObjMesh, ObjTriangle, load_obj};
@@ -233,23 +231,10 @@ fn resolve(
             return fault(entry.line, format!("its MTL makes it no kind that has `{key}`: add a `kind`"));
         }
     }
-    let albedo = entry.and_then(|e| e.albedo);
-    if material.textured && albedo.is_none() && kind.has("albedo") {
+    if material.textured && entry.is_none_or(|e| e.albedo.is_none()) && kind.has("albedo") {
         notes.textured += 1;
     }
-    let reflectance = entry.and_then(|e| e.reflectance).unwrap_or(material.specular);
-    let albedo = albedo.unwrap_or(material.diffuse);
-    let alpha = entry.and_then(|e| e.alpha).unwrap_or(material.alpha);
-    let ior = entry.and_then(|e| e.ior).unwrap_or(material.ior);
-    let scattering = match kind {
-        Kind::Diffuse => Scattering::Diffuse { albedo },
-        Kind::Mirror => Scattering::Mirror { reflectance },
-        Kind::Conductor => Scattering::Conductor { alpha, reflectance, complex_ior: entry.and_then(|e| e.complex_ior) },
-        Kind::Dielectric => {
-            Scattering::Dielectric { ior, transmittance: entry.and_then(|e| e.transmittance).unwrap_or([1.0; 3]) }
-        }
-        Kind::Plastic => Scattering::Plastic { albedo, ior, alpha },
-    };
+    let scattering = entry.unwrap_or(&MaterialEntry::default()).over(kind, material);
     if let (Some(entry), Some(message)) = (entry, validate::scattering_fault(&scattering)) {
         return fault(entry.line, message);
     }

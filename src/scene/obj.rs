@@ -125,7 +125,7 @@ impl FaceBuilder<'_> {
             Some(&[x, y, z]) if x.is_finite() && y.is_finite() && z.is_finite() => [x, y, z],
             _ => [0.0; 3],
         };
-        let average: DVec3 = (0..normals.len()).map(|corner| to_f64(&normal(corner))).sum();
+        let average: DVec3 = normals.iter().map(|&n| to_f64(&normal_table[3 * n as usize..][..3])).sum();
         let flipped = !normals.is_empty() && average.dot(newell_normal(&self.corners)) < 0.0;
         self.cut.clear();
         if triangulate(&self.corners, &mut self.cut) == Cut::Crossing {

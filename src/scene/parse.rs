@@ -1,7 +1,8 @@
 //! A TOML scene file's text into what it says. Reads no other file; every fault names its line.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, PixelFilter, RenderDesc};
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, PixelFilter, RenderDesc, Scattering};
+use crate::scene::mtl::MtlMaterial;
 use crate::scene::toml_reader::{Document, Table};
 use crate::scene::transform::{self, Transform};
 use crate::scene::validate;
@@ -86,7 +87,7 @@ impl Kind {
 }
 
 /// One `[material.NAME]`: the keys it names.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MaterialEntry {
     /// The material's name.
     pub name: String,
@@ -110,6 +111,22 @@ pub struct MaterialEntry {
     pub emission: Option<[f64; 3]>,
     /// Both sides emit.
     pub two_sided: bool,
+}
+
+impl MaterialEntry {
+    /// How `material` scatters as a `kind` with this entry's keys put over it.
+    pub fn over(&self, kind: Kind, material: &MtlMaterial) -> Scattering {
+        let albedo = self.albedo.unwrap_or(material.diffuse);
+        let reflectance = self.reflectance.unwrap_or(material.specular);
+        let (alpha, ior) = (self.alpha.unwrap_or(material.alpha), self.ior.unwrap_or(material.ior));
+        match kind {
+            Kind::Diffuse => Scattering::Diffuse { albedo },
+            Kind::Mirror => Scattering::Mirror { reflectance },
+            Kind::Conductor => Scattering::Conductor { alpha, reflectance, complex_ior: self.complex_ior },
+            Kind::Dielectric => Scattering::Dielectric { ior, transmittance: self.transmittance.unwrap_or([1.0; 3]) },
+            Kind::Plastic => Scattering::Plastic { albedo, ior, alpha },
+        }
+    }
 }
 
 /// Reads the text of the scene file `path`.
@@ -299,6 +316,11 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         emission: table.radiance("emission")?,
         two_sided: table.boolean("two_sided")?.unwrap_or(false),
     };
+    // What the entry leaves to the MTL is in range already; what it names is judged at its own line.
+    let named = kind.and_then(|kind| validate::scattering_fault(&entry.over(kind, &MtlMaterial::grey(name))));
+    if let Some(fault) = named {
+        return Err(table.error_at(fault.split(' ').next().unwrap_or_default(), fault.as_str()));
+    }
     match (entry.albedo, entry.reflectance, complex_ior) {
         (Some(_), Some(_), _) => Err(table.error_at("reflectance", "`albedo` and `reflectance` exclude each other")),
         (_, Some(_), Some(_)) => Err(table.error_at("reflectance", "`reflectance` and `eta`, `k` exclude each other")),

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::corners::{CornerRecord, corner_table};
 use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
+use super::margins::Margins;
 use super::material::{MaterialKind, MaterialRecord};
 use super::validate::is_degenerate;
 use crate::bvh::Bvh;
@@ -27,8 +28,10 @@ pub struct TriangleRecord {
     pub material: u32,
     /// Index into [`PreparedScene::emitters`], or [`NO_LIGHT`].
     pub light: u32,
-    /// Makes the record 64 bytes.
-    pub spare: [u32; 2],
+    /// [`Margins::sliver`], scene units.
+    pub sliver: f32,
+    /// [`Margins::inset`].
+    pub inset: f32,
 }
 
 /// One emissive triangle.
@@ -96,6 +99,9 @@ pub struct PreparedScene {
     pub bvh: Bvh,
     /// What the scene holds.
     pub features: Features,
+    /// What preparing has found out that the user should know, one sentence each; [`SceneDesc::warnings`] has what
+    /// loading had to say.
+    pub warnings: Vec<String>,
     /// Seconds spent in loading files (0 for scenes made in code).
     pub load_s: f64,
     /// Seconds spent in deriving tables and building the BVH.
@@ -113,9 +119,11 @@ impl PreparedScene {
     /// Derives every table.
     ///
     /// # Errors
-    /// [`Error::Scene`] if there is nothing to render: no triangle of positive area and no environment.
+    /// [`Error::Scene`] if there is nothing to render (no triangle of positive area and no environment), or if the scene
+    /// is too large or too small for f32 ([`super::reach`]).
     pub fn new(desc: &SceneDesc) -> Result<PreparedScene> {
         let start = Instant::now();
+        let mut warnings = super::reach::check(desc)?;
         let degenerate = degenerate_triangles(desc);
         if degenerate.iter().all(|&d| d) && desc.environment.is_none() {
             let message = "no triangle of positive area and no environment: there is nothing to see; check the OBJ";
@@ -142,7 +150,7 @@ impl PreparedScene {
             environment: desc.environment.is_some(),
             smooth_normals: !corners.is_empty(),
         };
-        Ok(PreparedScene {
+        let mut scene = PreparedScene {
             name: desc.name.clone(),
             camera: desc.camera,
             film: desc.film,
@@ -156,9 +164,14 @@ impl PreparedScene {
             environment: desc.environment.map(|e| e.radiance.map(|c| c as f32)),
             bvh,
             features,
+            warnings: Vec::new(),
             load_s: 0.0,
-            build_s: start.elapsed().as_secs_f64(),
-        })
+            build_s: 0.0,
+        };
+        warnings.extend(super::sight::warnings(desc, &scene));
+        scene.warnings = warnings;
+        scene.build_s = start.elapsed().as_secs_f64();
+        Ok(scene)
     }
 
     /// The tables and their sizes in bytes, for `octray info`; empty tables are not listed.
@@ -232,6 +245,7 @@ fn triangle_table(
             } else {
                 double_area_vector(vertices).normalize() * if triangle.flipped { -1.0 } else { 1.0 }
             };
+            let margins = if degenerate[id] { Margins::default() } else { Margins::of(vertices) };
             let emits = emitters.get(next_emitter).is_some_and(|e| e.triangle == id as u32);
             let light = if emits { next_emitter as u32 } else { NO_LIGHT };
             next_emitter += emits as usize;
@@ -240,7 +254,8 @@ fn triangle_table(
                 normal: normal.as_vec3().to_array(),
                 material: material_index[triangle.material as usize],
                 light,
-                spare: [0; 2],
+                sliver: margins.sliver,
+                inset: margins.inset,
             }
         })
         .collect()

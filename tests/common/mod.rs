@@ -4,12 +4,14 @@
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 6] = [
+pub const SCENES: [&str; 8] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
     "scenes/furnace.toml",
     "scenes/lens.toml",
+    "scenes/glossy_plates.toml",
+    "scenes/glass.toml",
     "builtin:heavy:20000",
 ];
 

@@ -7,6 +7,18 @@ fn diffuse(albedo: [f64; 3]) -> Scattering {
     Scattering::Diffuse { albedo }
 }
 
+fn glass(ior: f64) -> Scattering {
+    Scattering::Dielectric { ior, transmittance: [1.0; 3] }
+}
+
+fn metal(reflectance: [f64; 3], alpha: f64) -> Scattering {
+    Scattering::Conductor { alpha, reflectance, complex_ior: None }
+}
+
+fn plastic(albedo: [f64; 3], ior: f64, alpha: f64) -> Scattering {
+    Scattering::Plastic { albedo, ior, alpha }
+}
+
 /// The material `m` of an MTL, and the words its warnings must have (none: no warning but camera and light).
 fn material(lines: &str, words: &[&str]) -> MaterialDesc {
     let scene = load_mtl(&format!("newmtl m\n{lines}\n")).expect(lines);
@@ -25,18 +37,20 @@ fn the_first_rule_that_fits_decides() {
         ("Kd 0.5 0.5 0.5\nKs 0.25 0.5 0.75\nillum 5", Scattering::Mirror { reflectance: [0.25, 0.5, 0.75] }, &[]),
         ("Kd 0.5 0.5 0.5\nillum 5", Scattering::Mirror { reflectance: half }, &[]),
         ("Kd 0.5 0.5 0.5\nKs 1 1 1\nPm 1\nd 0\nNi 1.5\nillum 5", Scattering::Mirror { reflectance: [1.0; 3] }, &[]),
-        ("Kd 0.5 0.5 0.5\nillum 4", diffuse(half), &["`m (dielectric)`"]),
-        ("Kd 0.5 0.5 0.5\nillum 6", diffuse(half), &["`m (dielectric)`"]),
-        ("Kd 0.5 0.5 0.5\nillum 7", diffuse(half), &["`m (dielectric)`"]),
-        ("Kd 0.5 0.5 0.5\nd 0.5\nNi 1.5", diffuse(half), &["`m (dielectric)`"]),
-        ("Kd 0.5 0.5 0.5\nTr 0.5\nNi 1.5\nPm 1", diffuse(half), &["`m (dielectric)`"]),
+        ("Kd 0.5 0.5 0.5\nillum 4", glass(1.5), &[]),
+        ("Kd 0.5 0.5 0.5\nNi 1\nillum 6", glass(1.5), &[]),
+        ("Kd 0.5 0.5 0.5\nNi 2.5\nTf 0.1 0.1 0.1\nillum 7", glass(2.5), &[]),
+        ("Kd 0.5 0.5 0.5\nd 0.5\nNi 1.25", glass(1.25), &[]),
+        ("Kd 0.5 0.5 0.5\nTr 0.5\nNi 1.5\nPm 1", glass(1.5), &[]),
         ("Kd 0.5 0.5 0.5\nd 0.5", diffuse(half), &[]),
-        ("Kd 0.5 0.5 0.5\nd -halo 0.5\nNi 1.5", diffuse(half), &["`m (dielectric)`"]),
-        ("Kd 0.5 0.5 0.5\nPm 0.5", diffuse(half), &["`m (conductor)`"]),
+        ("Kd 0.5 0.5 0.5\nd -halo 0.5\nNi 1.5", glass(1.5), &[]),
+        ("Kd 0.5 0.5 0.5\nPm 0.5\nPr 0.5", metal(half, 0.25), &[]),
+        ("Kd 0.5 0.5 0.5\nKs 0.25 0.5 1\nPm 1\nNs 6", metal([0.25, 0.5, 1.0], 0.5), &[]),
         ("Kd 0.5 0.5 0.5\nPm 0.4", diffuse(half), &[]),
-        ("Kd 0.5 0.5 0.5\nKs 0 0 0.1", diffuse(half), &["`m (plastic)`"]),
-        ("Kd 0 0 0\nKs 0 0 0.1", diffuse([0.0; 3]), &["`m (conductor)`"]),
-        ("Ks 0.5 0.5 0.5", diffuse([0.0; 3]), &["`m (conductor)`"]),
+        ("Kd 0.5 0.5 0.5\nKs 0 0 0.125\nNs 6\nNi 1.75", plastic(half, 1.75, 0.5), &[]),
+        ("Kd 0.5 0.5 0.5\nKs 0 0 0.125\nNs 30\nPr 1", plastic(half, 1.5, 1.0), &[]),
+        ("Kd 0 0 0\nKs 0 0 0.125", metal([0.0, 0.0, 0.125], 1.0), &[]),
+        ("Ks 0.5 0.5 0.5\nNs 198", metal(half, 0.1), &[]),
         ("", diffuse(half), &[]),
     ];
     for (lines, scattering, words) in cases {
@@ -128,7 +142,8 @@ fn toml_entries_override_the_keys_they_name() {
     let scene = overridden("[material.lamp]\nalbedo = [0.7, 0.6, 0.5]\n").unwrap();
     assert_eq!(scene.materials[2].scattering, diffuse([0.7, 0.6, 0.5]));
     assert_eq!(scene.materials[2].emission, [1.0, 2.0, 3.0], "Ke survives");
-    assert!(warned(&scene, &["`glass (dielectric)`"]) && warned(&scene, &["no MTL defines `new`"]));
+    assert_eq!(scene.materials[0].scattering, glass(1.5));
+    assert!(warned(&scene, &["no MTL defines `new`"]));
 
     let scene = overridden("[material.lamp]\nemission = [0, 0, 0]\n[material.new]\nemission = [1, 1, 1]\n").unwrap();
     assert_eq!(scene.materials[2].scattering, diffuse([0.3f32 as f64; 3]));
@@ -141,10 +156,21 @@ fn toml_entries_override_the_keys_they_name() {
             .unwrap();
     assert_eq!(scene.materials[0].scattering, Scattering::Mirror { reflectance: [0.1f32 as f64; 3] });
     assert_eq!(scene.materials[1].scattering, diffuse([0.0, 0.0, 1.0]));
-    assert!(!warned(&scene, &["glass"]), "an explicit kind ends the fallback: {:?}", scene.warnings);
 
     let scene = overridden("[material.mirror]\nreflectance = [0.5, 0.5, 0.5]\n").unwrap();
     assert_eq!(scene.materials[1].scattering, Scattering::Mirror { reflectance: [0.5; 3] });
+    let scene = overridden("[material.glass]\nior = 1.25\ntransmittance = [1, 0.5, 1]\n").unwrap();
+    assert_eq!(scene.materials[0].scattering, Scattering::Dielectric { ior: 1.25, transmittance: [1.0, 0.5, 1.0] });
+    let gold = "[material.lamp]\nkind = 'conductor'\nalpha = 0.25\neta = [0.1, 0.4, 1.4]\nk = [4, 2.4, 1.6]\n";
+    let complex_ior = Some(([0.1, 0.4, 1.4], [4.0, 2.4, 1.6]));
+    let Scattering::Conductor { alpha, complex_ior: got, .. } = overridden(gold).unwrap().materials[2].scattering
+    else {
+        panic!("a conductor")
+    };
+    assert_eq!((alpha, got), (0.25, complex_ior));
+    let coat = "[material.new]\nkind = 'plastic'\nalbedo = [0.25, 0.5, 1]\nior = 1.75\nalpha = 0.125\n";
+    assert_eq!(overridden(coat).unwrap().materials[3].scattering, plastic([0.25, 0.5, 1.0], 1.75, 0.125));
+
     let message = overridden("[material.mirror]\nalbedo = [0.5, 0.5, 0.5]\n").unwrap_err();
     assert!(message.contains("scene.toml:6:") && message.contains("add a `kind`"), "{message}");
 }

@@ -93,14 +93,32 @@ fn unknown_keys_name_the_nearest() {
 }
 
 #[test]
-fn what_later_versions_bring_is_named() {
-    for kind in ["conductor", "dielectric", "plastic"] {
-        fails_below(
-            &format!("[material.a]\nkind = \"{kind}\"\nior = 1.5"),
-            &["scene.toml:7:", kind, "not supported yet"],
-        );
+fn material_keys_must_fit_the_kind_and_their_range() {
+    let fails_for = |entry: &str, words: &[&str]| fails_below(&format!("[material.a]\n{entry}"), words);
+    fails_for("kind = 'metal'", &["scene.toml:7:", "unknown kind", "\"conductor\"", "\"plastic\""]);
+    fails_for("kind = 'conductor'\nior = 1.5", &["scene.toml:8:", "a conductor has no `ior`", "`alpha`"]);
+    fails_for("kind = 'dielectric'\nalbedo = [0, 0, 0]", &["scene.toml:8:", "a dielectric has no `albedo`"]);
+    fails_for("kind = 'conductor'\neta = [1, 1, 1]", &["scene.toml:8:", "`eta` needs `k`"]);
+    fails_for("kind = 'conductor'\nk = [1, 1, 1]", &["scene.toml:8:", "`k` needs `eta`"]);
+    let both = "kind = 'conductor'\nreflectance = [1, 1, 1]\neta = [1, 1, 1]\nk = [1, 1, 1]";
+    fails_for(both, &["scene.toml:8:", "exclude each other"]);
+    fails_for("kind = 'conductor'\neta = [1, 1, 1]\nk = [1, -1, 1]", &["scene.toml:9:", "k is"]);
+    for (entry, word) in [
+        ("kind = 'conductor'\nalpha = 1.5", "alpha"),
+        ("kind = 'conductor'\nalpha = -0.5", "alpha"),
+        ("kind = 'conductor'\neta = [0, 1, 1]\nk = [1, 1, 1]", "eta"),
+        ("kind = 'dielectric'\nior = 0", "ior"),
+        ("kind = 'plastic'\nior = 1", "ior"),
+        ("kind = 'plastic'\nalpha = 2", "alpha"),
+    ] {
+        fails_for(entry, &["scene.toml:8:", word]);
     }
-    for key in ["alpha = 1", "eta = 1", "k = 1", "ior = 1", "transmittance = 1", "texture = 'a.png'"] {
+    fails_for("kind = 'dielectric'\ntransmittance = [1, 1, 2]", &["scene.toml:8:", "transmittance"]);
+}
+
+#[test]
+fn what_later_versions_bring_is_named() {
+    for key in ["texture = 'a.png'"] {
         let word = key.split(' ').next().unwrap();
         fails_below(&format!("[material.a]\n{key}"), &["scene.toml:7:", word, "not supported yet"]);
     }
@@ -164,8 +182,14 @@ fn wrong_types_are_refused_with_their_line() {
     fails_below("rotate = 90", &["scene.toml:6:", "must be a table"]);
     fails_below("[material.a]\ntwo_sided = 1", &["scene.toml:7:", "true or false"]);
     fails_below("[material.a]\nkind = 'glass'", &["scene.toml:7:", "unknown kind", "\"mirror\""]);
-    fails_below("[material.a]\nkind = 'mirror'\nalbedo = [0, 0, 0]", &["scene.toml:8:", "`reflectance`, not `albedo`"]);
-    fails_below("[material.a]\nkind = 'diffuse'\nreflectance = [0, 0, 0]", &["scene.toml:8:", "`albedo`, not"]);
+    fails_below(
+        "[material.a]\nkind = 'mirror'\nalbedo = [0, 0, 0]",
+        &["scene.toml:8:", "a mirror has no `albedo`", "`reflectance`"],
+    );
+    fails_below(
+        "[material.a]\nkind = 'diffuse'\nreflectance = [0, 0, 0]",
+        &["scene.toml:8:", "a diffuse has no `reflectance`", "`albedo`"],
+    );
     fails_below("[material.default]\nreflectance = [0, 0, 0]", &["scene.toml:6:", "add a `kind`"]);
 }
 

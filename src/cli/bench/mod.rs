@@ -10,7 +10,7 @@ mod walks;
 use super::args::{self, EstimatorArgs};
 use super::output::{JsonArgs, table};
 use super::stats::mrays_per_s;
-use super::{report, warn};
+use super::{prepare, report, warn};
 use crate::error::Result;
 use crate::lanes::simd_level;
 use crate::render::render;
@@ -60,7 +60,7 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
         ..settings
     };
     settings.film_and_crop(scene.desc.film)?;
-    let prepared = scene.prepare()?;
+    let prepared = prepare(&scene)?;
     let sets = rays::record(&prepared, &settings);
     let yardstick = Yardstick::new(&prepared);
     let mut faults = Vec::new();
