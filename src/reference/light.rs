@@ -1,9 +1,11 @@
 //! Light sampling: choose a light, choose a point or a direction, and say with which density.
 
 use super::surface::{SurfacePoint, point_and_offset};
+use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use super::{Real, Vec3, vec3};
-use crate::scene::lights::{LightRecord, LightTable};
+use crate::scene::lights::{LightPictures, LightRecord, LightTable};
+use crate::scene::textures::NO_TEXTURE;
 
 /// A light sample as seen from a surface point.
 pub struct LightSample {
@@ -29,8 +31,10 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, word: u32, u: [Re
     if environment {
         return sample_environment(lights, point, u);
     }
-    let light = &lights.records[lights.choose_triangle(word) as usize];
-    let (position, offset) = point_and_offset(&light.vertices, sample_uniform_triangle(u), 0.0);
+    let chosen = lights.choose_triangle(word);
+    let light = &lights.records[chosen as usize];
+    let weights = sample_uniform_triangle(u);
+    let (position, offset) = point_and_offset(&light.vertices, weights, 0.0);
     let to_light = position - point.position;
     let distance_squared = to_light.dot(to_light);
     if !(distance_squared > 0.0) {
@@ -51,7 +55,7 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, word: u32, u: [Re
         return None;
     }
     let shadow_direction = (position + light_normal * offset) - point.origin;
-    let radiance = vec3(light.radiance);
+    let radiance = emitted(lights, chosen, weights);
     Some(LightSample { direction, cosine, radiance, pdf_dir, shadow_direction, shadow_tmax: 1.0 })
 }
 
@@ -71,6 +75,17 @@ fn sample_environment(lights: &LightTable, point: &SurfacePoint, u: [Real; 2]) -
         shadow_direction: direction,
         shadow_tmax: Real::INFINITY,
     })
+}
+
+/// The radiance that `light` emits at a point of it.
+pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
+    let radiance = vec3(lights.records[light as usize].radiance);
+    match &lights.pictures {
+        Some(LightPictures { textures, texture, uvs }) if texture[light as usize] != NO_TEXTURE => {
+            radiance * look_up(textures, texture[light as usize], interpolate(&uvs[light as usize], weights))
+        }
+        _ => radiance,
+    }
 }
 
 /// Density per steradian with which [`sample_light`] would have drawn the point a BSDF ray hit: at distance `t`, on a

@@ -84,6 +84,11 @@ impl<'a> Table<'a> {
         self.document.error(span, format!("{}: {message}", self.name))
     }
 
+    /// The line of `key`, or of the table if it has no such key.
+    pub fn line_of(&self, key: &str) -> usize {
+        self.document.line(self.entries.get_key_value(key).map_or(self.span.clone(), |(key, _)| key.span()))
+    }
+
     /// Refuses keys outside `known`, naming the nearest; keys of `later` exist but this version cannot do them.
     pub fn check_keys(&self, known: &[&str], later: &[&str]) -> Result<()> {
         // In the order of the file, so that the first fault is the one reported.
