@@ -208,25 +208,24 @@ fn surfaces_and_lights(criterion: &mut Criterion) {
             [a, b, c, d, e, f]
         },
     );
-    let lights = LightTable::new(&scene, Lights::Uniform);
+    let lights = LightTable::new(&scene, Lights::Uniform, false);
     let blocks: Vec<SurfacePoints> = (0..ITEMS).step_by(LANES).map(|first| hits.points(&scene, first)).collect();
     let points: Vec<SurfacePoint> = (0..ITEMS).map(|item| hits.point(&scene, item)).collect();
-    let words: [u32; ITEMS] = std::array::from_fn(|item| random_words(item as u32, 2, 0, 5)[0]);
-    let columns = Columns::new(2);
+    let words: [[u32; ITEMS]; 4] =
+        std::array::from_fn(|word| std::array::from_fn(|item| random_words(item as u32, 2, 0, 5)[word]));
     twins(
         criterion,
         "light sample on a triangle",
         |first| {
-            let u = [columns.lanes(0, first), columns.lanes(1, first)];
-            let light = sample_lights(&lights, &blocks[first / LANES], U32x8::load(&words, first), u);
+            let words = [0, 1, 2, 3].map(|word| U32x8::load(&words[word], first));
+            let light = sample_lights(&lights, &blocks[first / LANES], words);
             let [x, y, z] = columns3(light.shadow_direction);
             // Samples that cannot contribute hold anything on lanes and nothing in the reference.
             let valid: Mask8 = light.valid;
             [light.pdf_dir, light.cosine, x, y, z].map(|value| valid.select(value, F32x8::ZERO))
         },
         |item| {
-            let u = [columns.0[0][item], columns.0[1][item]];
-            sample_light(&lights, &points[item], words[item], u).map_or([0.0; 5], |light| {
+            sample_light(&lights, &points[item], words.map(|word| word[item])).map_or([0.0; 5], |light| {
                 let [x, y, z] = light.shadow_direction.to_array();
                 [light.pdf_dir, light.cosine, x, y, z]
             })

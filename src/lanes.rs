@@ -513,6 +513,35 @@ pub fn sin_cos_turns(turns: F32x8) -> (F32x8, F32x8) {
     (F32x8::from_bits(s.to_bits() ^ sine_sign), F32x8::from_bits(c.to_bits() ^ cosine_sign))
 }
 
+/// Angles of vectors in turns; the lanes of [`crate::math::atan2_turns`], same bits.
+#[inline(always)]
+pub fn atan2_turns(y: F32x8, x: F32x8) -> F32x8 {
+    let (a, b) = (y.abs(), x.abs());
+    let (low, high) = (a.min(b), a.max(b));
+    let q = high.gt(F32x8::ZERO).select(low / high, F32x8::ZERO);
+    let octant = q * polynomial(&crate::math::ATAN_POLYNOMIAL, q * q);
+    let quarter = a.gt(b).select(F32x8::splat(0.25) - octant, octant);
+    let half = x.lt(F32x8::ZERO).select(F32x8::splat(0.5) - quarter, quarter);
+    let turns = y.lt(F32x8::ZERO).select(F32x8::ONE - half, half);
+    turns.lt(F32x8::ONE).select(turns, F32x8::ZERO)
+}
+
+/// Arc cosines in half turns; the lanes of [`crate::math::acos_half_turns`], same bits.
+#[inline(always)]
+pub fn acos_half_turns(y: F32x8) -> F32x8 {
+    let a = y.abs();
+    let root = (F32x8::ONE - a).max(F32x8::ZERO).sqrt();
+    let half = root * polynomial(&crate::math::ACOS_POLYNOMIAL, a);
+    y.lt(F32x8::ZERO).select(F32x8::ONE - half, half)
+}
+
+/// `c[0] + x (c[1] + x (c[2] + ..))`.
+#[inline(always)]
+fn polynomial<const N: usize>(c: &[f32; N], x: F32x8) -> F32x8 {
+    let last = F32x8::splat(c[N - 1]);
+    c[..N - 1].iter().rev().fold(last, |sum, &c| F32x8::splat(c) + x * sum)
+}
+
 /// The SIMD level this build was compiled for.
 pub const fn simd_level() -> &'static str {
     if cfg!(all(target_arch = "x86_64", target_feature = "avx512f")) {

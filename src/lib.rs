@@ -32,7 +32,7 @@
 //!
 //! | room | what is in it |
 //! | --- | --- |
-//! | [`scene`] | files to [`scene::SceneDesc`] to [`PreparedScene`]; the light table |
+//! | [`scene`] | files to [`scene::SceneDesc`] to [`PreparedScene`]; the light table, the environment map |
 //! | [`bvh`] | tree of eight children a node, and the walks through it; all give the same bits |
 //! | [`packet`] | the fast engine: SoA queues, stages over eight lanes, the plan |
 //! | [`mod@reference`] | the plain engine: one path at a time, compiled for `f32` and for `f64` |

@@ -26,6 +26,20 @@ pub const SIN_POLYNOMIAL: [f32; 4] = [1.570_796_4, -0.645_963_5, 0.079_680_22, -
 /// Coefficients of cos(r pi/2) in r^2, for r in [-1/2, 1/2]: interpolated at Chebyshev nodes, error below 8e-8.
 pub const COS_POLYNOMIAL: [f32; 5] = [1.0, -1.233_700_5, 0.253_669_2, -0.020_860_07, 0.000_903_628_07];
 
+/// Coefficients of atan(q) / (2 pi q) in q^2, for q in [0, 1]: interpolated at Chebyshev nodes, error below 4e-8 turns.
+pub const ATAN_POLYNOMIAL: [f32; 8] = [
+    0.159_154_92,
+    -0.053_049_23,
+    0.031_778_406,
+    -0.022_286_93,
+    0.015_706_787,
+    -0.009_363_046,
+    0.003_784_787,
+    -0.000_725_713_44,
+];
+/// Coefficients of acos(y) / (pi sqrt(1 - y)) in y, for y in [0, 1]: interpolated at Chebyshev nodes, error below 4e-6.
+pub const ACOS_POLYNOMIAL: [f32; 5] = [0.499_996_54, -0.068_134_43, 0.026_834_741, -0.011_199_181, 0.002_662_518_8];
+
 /// (sine, cosine) of `turns` whole turns, for `turns` in [0, 1]; absolute error below 1.5e-7.
 ///
 /// Turns instead of radians: the reduction to the nearest quarter is then exact, and sampling needs no factor 2 pi.
@@ -47,6 +61,32 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     }
 }
 
+/// The angle of the vector (`x`, `y`) from the x axis towards the y axis, in turns, in [0, 1); 0 for the zero vector.
+/// Absolute error below 1e-7 turns. Both arguments finite.
+#[inline]
+pub fn atan2_turns(y: f32, x: f32) -> f32 {
+    let (a, b) = (y.abs(), x.abs());
+    let (low, high) = (min(a, b), max(a, b));
+    let q = if high > 0.0 { low / high } else { 0.0 };
+    let q2 = q * q;
+    let [c0, c1, c2, c3, c4, c5, c6, c7] = ATAN_POLYNOMIAL;
+    let octant = q * (c0 + q2 * (c1 + q2 * (c2 + q2 * (c3 + q2 * (c4 + q2 * (c5 + q2 * (c6 + q2 * c7)))))));
+    let quarter = if a > b { 0.25 - octant } else { octant };
+    let half = if x < 0.0 { 0.5 - quarter } else { quarter };
+    let turns = if y < 0.0 { 1.0 - half } else { half };
+    if turns < 1.0 { turns } else { 0.0 }
+}
+
+/// The arc cosine of `y` in half turns, in [0, 1]; what lies beyond -1 or 1 counts as -1 or 1. Absolute error below 4e-6,
+/// enough to find a row of a table, whose edges then decide ([`crate::scene::environment`]).
+#[inline]
+pub fn acos_half_turns(y: f32) -> f32 {
+    let a = y.abs();
+    let [c0, c1, c2, c3, c4] = ACOS_POLYNOMIAL;
+    let half = max(1.0 - a, 0.0).sqrt() * (c0 + a * (c1 + a * (c2 + a * (c3 + a * c4))));
+    if y < 0.0 { 1.0 - half } else { half }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,6 +99,26 @@ mod tests {
             let (s64, c64) = (turns as f64 * std::f64::consts::TAU).sin_cos();
             assert!((s as f64 - s64).abs() < 1.5e-7 && (c as f64 - c64).abs() < 1.5e-7, "{turns}: {s} {c}");
         }
+    }
+
+    #[test]
+    fn atan2_and_acos_are_close_to_f64_everywhere() {
+        for i in 0..=400_000u32 {
+            let (y, x) = (i as f64 * 1e-4).sin_cos();
+            let (y, x) = (y as f32 * 3.0, x as f32 * 3.0);
+            let wanted = (y as f64).atan2(x as f64) / std::f64::consts::TAU;
+            let error = (atan2_turns(y, x) as f64 - wanted).rem_euclid(1.0);
+            assert!(error.min(1.0 - error) < 1e-7, "{y} {x}: {error}");
+            let y = i as f32 / 200_000.0 - 1.0;
+            let error = acos_half_turns(y) as f64 - (y as f64).acos() / std::f64::consts::PI;
+            assert!(error.abs() < 4e-6, "{y}: {error}");
+        }
+        for (y, x, turns) in [(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.25), (0.0, -1.0, 0.5), (-1.0, -0.0, 0.75)]
+        {
+            assert_eq!(atan2_turns(y, x), turns);
+        }
+        assert_eq!((atan2_turns(-1e-30, 1.0), atan2_turns(-0.0, 1.0)), (0.0, 0.0), "never a whole turn");
+        assert_eq!((acos_half_turns(1.000_000_1), acos_half_turns(-1.000_000_1)), (0.0, 1.0));
     }
 
     #[test]

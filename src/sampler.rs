@@ -12,8 +12,8 @@ use crate::lanes::{F32x8, U32x8};
 /// The block of the camera: numbers 0, 1 place the ray in the pixel, 2, 3 on the lens.
 pub const CAMERA_BLOCK: u32 = 0;
 
-/// The light block of scattering event `event`: 0 selects the light (all 32 bits), 1, 2 the point on it, 3 is the coin of
-/// the one-sample strategy.
+/// The light block of scattering event `event`: 0 selects the light (all 32 bits), 1, 2 the point on it; the top bit of 3 is
+/// the coin of the one-sample strategy, its other bits decide between the two texels of an environment map's alias column.
 #[inline(always)]
 pub fn light_block(event: u32) -> u32 {
     1 + 2 * event

@@ -10,7 +10,7 @@ pub struct Setup<'a> {
     /// The scene's tables.
     pub scene: &'a PreparedScene,
     /// Its lights under the chosen selection.
-    pub lights: LightTable,
+    pub lights: LightTable<'a>,
     /// The camera for this film.
     pub camera: Camera,
     /// How direct light is estimated.
@@ -37,7 +37,8 @@ impl<'a> Setup<'a> {
         let crop = Crop { x, y, width: crop.width.clamp(1, width - x), height: crop.height.clamp(1, height - y) };
         Setup {
             scene,
-            lights: LightTable::new(scene, settings.lights),
+            // Only weights by density make up for what compensated light samples leave to the BSDF.
+            lights: LightTable::new(scene, settings.lights, settings.strategy.is_mis()),
             camera: Camera::new(&scene.camera, scene.filter, width, height),
             strategy: settings.strategy,
             max_depth: settings.max_depth.unwrap_or(DEPTH_GUARD).min(DEPTH_GUARD),

@@ -2,6 +2,8 @@
 
 #[path = "loading/common.rs"]
 mod common;
+#[path = "loading/environments.rs"]
+mod environments;
 #[path = "loading/materials.rs"]
 mod materials;
 #[path = "loading/meshes.rs"]

@@ -63,7 +63,7 @@ fn ball_on_floor(scattering: Scattering) -> PreparedScene {
     maker.quad([[-6.0, -1.0, 6.0], [6.0, -1.0, 6.0], [6.0, -1.0, -6.0], [-6.0, -1.0, -6.0]], floor);
     maker.quad([[-1.0, 3.0, -1.0], [1.0, 3.0, -1.0], [1.0, 3.0, 1.0], [-1.0, 3.0, 1.0]], lamp);
     ball(&mut maker, 8, 1.0, skin);
-    maker.desc.environment = Some(EnvironmentDesc { radiance: [0.2, 0.3, 0.4] });
+    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [0.2, 0.3, 0.4] });
     maker.seen([2.0, 1.5, 3.0], [0.0, 0.0, 0.0], 35.0)
 }
 
@@ -116,7 +116,7 @@ fn the_furnace_loses_little() {
         let mut maker = Maker::default();
         let skin = maker.material(scattering, [0.0; 3]);
         ball(&mut maker, 24, 1.0, skin);
-        maker.desc.environment = Some(EnvironmentDesc { radiance: [1.0; 3] });
+        maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
         let scene = maker.seen([0.0, 0.5, 4.0], [0.0; 3], 26.0);
         for strategy in exact_strategies() {
             let film = render(&scene, &Settings { strategy, ..small(32, 32, 64) }).film;

@@ -45,7 +45,7 @@ fn poster(repeats: f32, scattering: Scattering, emits: bool) -> Maker {
 /// What a pixel-sized look straight at (x, y) of the square finds.
 fn look_at(scene: impl Fn() -> Maker, x: f64, y: f64) -> [f64; 3] {
     let mut maker = scene();
-    maker.desc.environment = Some(EnvironmentDesc { radiance: [1.0; 3] });
+    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
     let scene = maker.seen([x, y, 2.0], [x, y, 0.0], 1e-4);
     render(&scene, &Settings { strategy: Strategy::Nee, max_depth: Some(1), ..small(1, 1, 4) }).film.mean_radiance()
 }

@@ -128,7 +128,7 @@ fn a_two_sided_light_shines_on_both_sides() {
         assert_eq!(render(&lamp, &small(4, 4, 4)).film.mean_radiance(), [1.0, 2.0, 4.0], "seen from y = {y}");
     }
     let scene = build([0.0; 3], [0.0, 0.5, 0.1]);
-    let record = |lights| octray::scene::lights::LightTable::new(&scene, lights).records;
+    let record = |lights| octray::scene::lights::LightTable::new(&scene, lights, false).records;
     let (uniform, power) = (record(octray::Lights::Uniform), record(octray::Lights::Power));
     let share = |i: usize| power[i].pdf_area() / uniform[i].pdf_area();
     assert!((share(0) / share(2) - 2.0).abs() < 1e-5, "twice the power: {} {}", share(0), share(2));
@@ -198,7 +198,7 @@ fn a_constant_environment_lights_a_convex_object_evenly() {
     let mut maker = Maker::default();
     let stone = maker.diffuse(ALBEDO, [0.0; 3]);
     maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], false, stone);
-    maker.desc.environment = Some(EnvironmentDesc { radiance: [1.0, 2.0, 3.0] });
+    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0, 2.0, 3.0] });
     let scene = maker.seen([3.0, 2.5, 4.0], [0.3, 0.1, 0.2], 10.0);
     let truth: [f64; 3] = std::array::from_fn(|c| ALBEDO[c] * [1.0, 2.0, 3.0][c]);
     for strategy in exact_strategies() {
@@ -219,7 +219,7 @@ fn an_environment_beside_a_light_adds_up() {
     let light = maker.diffuse([0.0; 3], [1.0, 2.0, 4.0]);
     maker.quad([[-9e3, 0.0, 9e3], [9e3, 0.0, 9e3], [9e3, 0.0, -9e3], [-9e3, 0.0, -9e3]], floor);
     maker.quad(LIGHT, light);
-    maker.desc.environment = Some(EnvironmentDesc { radiance: [0.5; 3] });
+    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [0.5; 3] });
     let scene = maker.seen([at[0] + 6.0, 0.9, at[2] + 1.0], at, 1e-3);
     let corners = LIGHT.map(|c| DVec3::from(c.map(f64::from)));
     let irradiance = polygon_irradiance(DVec3::from(at), DVec3::Y, &corners);

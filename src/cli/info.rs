@@ -68,6 +68,7 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
 fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) -> Info {
     let setup = Setup::new(prepared, settings);
     let plan = Plan::new(&setup);
+    // The lights' tables depend on strategy and selection; making them may make tables of the scene's.
     let tables = prepared.tables().into_iter().chain(setup.lights.tables());
     Info {
         scene: prepared.name.clone(),

@@ -1,10 +1,12 @@
 //! Light sampling for eight surface points at a time.
 
+use super::environment::{map_pdf_dir, sample_map};
 use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
-use crate::scene::lights::{LightTable, Selection};
+use crate::sampler::unit_x8;
+use crate::scene::lights::{EnvironmentLight, LightTable, Selection};
 
 /// Eight light samples as seen from eight surface points.
 pub struct LightSamples {
@@ -24,15 +26,18 @@ pub struct LightSamples {
     pub shadow_tmax: F32x8,
 }
 
-/// Draws a light sample for every lane. `word` selects the lights, `u` the points on them.
+/// Draws a light sample for every lane from the words of [`crate::sampler::light_block`].
 #[inline(always)]
-pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
-    match (lights.environment.is_some(), lights.records.is_empty()) {
-        (false, _) => sample_triangles(lights, points, word, u),
-        (true, true) => sample_environment(lights, points, u),
-        (true, false) => {
+pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, words: [U32x8; 4]) -> LightSamples {
+    let (word, fork) = (words[0], words[3] << 1);
+    let u = [unit_x8(words[1]), unit_x8(words[2])];
+    match (lights.environment, lights.records.is_empty()) {
+        (None, _) => sample_triangles(lights, points, word, u),
+        (Some(environment), true) => sample_environment(lights, environment, points, [word, fork], u),
+        (Some(environment), false) => {
             let sky = (word >> 31).eq(U32x8::splat(1));
-            let (a, b) = (sample_environment(lights, points, u), sample_triangles(lights, points, word << 1, u));
+            let a = sample_environment(lights, environment, points, [word << 1, fork], u);
+            let b = sample_triangles(lights, points, word << 1, u);
             LightSamples {
                 valid: (sky & a.valid) | b.valid.and_not(sky),
                 direction: sky.select_vec3(a.direction, b.direction),
@@ -100,18 +105,33 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
     }
 }
 
-/// A constant environment, sampled by a cosine hemisphere about the surface normals.
+/// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance.
 #[inline(always)]
-fn sample_environment(lights: &LightTable, points: &SurfacePoints, u: [F32x8; 2]) -> LightSamples {
-    let direction = to_world(sample_cosine_hemisphere(u), points.normal);
+fn sample_environment(
+    lights: &LightTable,
+    environment: EnvironmentLight,
+    points: &SurfacePoints,
+    words: [U32x8; 2],
+    u: [F32x8; 2],
+) -> LightSamples {
+    let (direction, radiance, map_pdf) = match environment {
+        EnvironmentLight::Constant(radiance) => {
+            (to_world(sample_cosine_hemisphere(u), points.normal), Vec3x8::splat(radiance), None)
+        }
+        EnvironmentLight::Map(map, distribution) => {
+            let (direction, texels) = sample_map(map, distribution, words, u);
+            (direction, texels.radiance, Some(map_pdf_dir(distribution, &texels)))
+        }
+    };
     // From the rounded directions, as the BSDF will see them.
     let cosine = points.normal.dot(direction);
+    let pdf_dir = map_pdf.unwrap_or(cosine_hemisphere_pdf_dir(cosine));
     LightSamples {
-        valid: cosine.gt(F32x8::ZERO),
+        valid: cosine.gt(F32x8::ZERO) & pdf_dir.gt(F32x8::ZERO),
         direction,
         cosine,
-        radiance: Vec3x8::splat(lights.environment.unwrap_or_default()),
-        pdf_dir: F32x8::splat(lights.environment_probability) * cosine_hemisphere_pdf_dir(cosine),
+        radiance,
+        pdf_dir: F32x8::splat(lights.environment_probability) * pdf_dir,
         shadow_direction: direction,
         shadow_tmax: F32x8::splat(f32::INFINITY),
     }

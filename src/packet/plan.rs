@@ -5,11 +5,12 @@
 use super::counters::Stage;
 use super::generate_camera_rays::{self, CameraStage};
 use super::shade_glossy::{shade_conductor, shade_dielectric, shade_plastic};
+use super::shade_miss::{self, MissStage};
 use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
 use crate::bvh::{RayKind, Walk};
 use crate::scene::desc::PixelFilter;
-use crate::scene::lights::selection_name;
+use crate::scene::lights::{EnvironmentLight, selection_name};
 use crate::settings::Strategy;
 use crate::setup::Setup;
 
@@ -44,6 +45,8 @@ pub struct Plan {
     pub needs: QueueNeeds,
     /// The camera stage of this lens and filter.
     pub generate_camera_rays: CameraStage,
+    /// The miss stage of this environment.
+    pub shade_miss: MissStage,
     /// The surface stages that run, in order, in this strategy's variants.
     pub surfaces: Vec<(Stage, SurfaceStage)>,
     /// Every triangle has this class, so hits need not be looked up ([`crate::scene::PreparedScene::classes`]).
@@ -66,7 +69,7 @@ impl Plan {
         let pdf = strategy.is_mis() && setup.samples_lights();
         let needs = QueueNeeds {
             pdf,
-            cosine: pdf && glossy && scene.environment.is_some(),
+            cosine: pdf && glossy && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_))),
             misses: scene.environment.is_some() && emission_counts,
             emitters: !scene.emitters.is_empty() && emission_counts,
             diffuse: features.diffuse && events,
@@ -86,6 +89,7 @@ impl Plan {
             left_out: left_out(setup),
             needs,
             generate_camera_rays: generate_camera_rays::variant(setup),
+            shade_miss: shade_miss::variant(setup),
             surfaces,
             only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
             shadow_tmax: match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
@@ -142,6 +146,10 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (true, false) => "to light points and the environment",
     };
     let weight = if needs.pdf { "weighed by density" } else { "weighed by strategy" };
+    let environment = match setup.lights.environment {
+        Some(EnvironmentLight::Map(..)) => "environment map",
+        _ => "constant environment",
+    };
     let lens = if setup.camera.lens.is_some() { "thin lens" } else { "pinhole" };
     let filter = if setup.camera.filter == PixelFilter::Box { "box" } else { "tent" };
     let camera = format!("{lens}, {filter} filter");
@@ -149,7 +157,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (Stage::GenerateCameraRays, true, camera),
         (Stage::IntersectClosest, true, walks(setup)),
         (Stage::SortHits, true, "one queue a material kind".to_string()),
-        (Stage::ShadeMiss, needs.misses, format!("constant environment, {weight}")),
+        (Stage::ShadeMiss, needs.misses, format!("{environment}, {weight}")),
         (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
         (Stage::ShadeDiffuse, needs.diffuse, format!("{strategy}{textures}{lights}{normals}{roulette}")),
         (Stage::ShadeMirror, needs.mirror, format!("{strategy}{normals}{roulette}")),

@@ -70,7 +70,7 @@ pub(super) fn draw_light<const DETAIL: bool>(
     let words = random_words_x8(hits.pixel, hits.sample, light_block(event), setup.seed);
     let one_sample = strategy == Strategy::MisOneSample;
     let chosen = if one_sample { unit_x8(words[3]).lt(F32x8::splat(0.5)) } else { Mask8::NONE };
-    let light = sample_lights(&setup.lights, &hits.points, words[0], [unit_x8(words[1]), unit_x8(words[2])]);
+    let light = sample_lights(&setup.lights, &hits.points, words);
     let mut active = hits.active & light.valid;
     if DETAIL {
         active = active & light.direction.dot(hits.points.true_normal).gt(F32x8::ZERO);

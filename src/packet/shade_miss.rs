@@ -1,29 +1,52 @@
-//! Stage: rays that left the scene find the constant environment.
+//! Stage: rays that left the scene find the environment, weighed by what light sampling would have found.
 
+use super::environment::{look_up, map_pdf_dir};
 use super::plan::Plan;
 use super::shade_emitter::emission_weight;
 use super::state::{SLOT, TileState};
 use super::warp::cosine_hemisphere_pdf_dir;
 use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
+use crate::scene::lights::EnvironmentLight;
 use crate::setup::Setup;
 
-/// Adds the environment's radiance to every path that hit nothing.
-pub fn shade_miss(setup: &Setup, plan: &Plan, state: &mut TileState) {
-    let radiance = Vec3x8::splat(setup.scene.environment.unwrap_or_default());
+/// The stage, compiled for one kind of environment.
+pub type MissStage = fn(&Setup, &Plan, &mut TileState);
+
+/// The stage for this scene's environment.
+pub fn variant(setup: &Setup) -> MissStage {
+    match setup.lights.environment {
+        Some(EnvironmentLight::Map(..)) => shade_miss::<true>,
+        _ => shade_miss::<false>,
+    }
+}
+
+/// Adds the environment's radiance to every path that hit nothing; `MAP`: it depends on direction.
+fn shade_miss<const MAP: bool>(setup: &Setup, plan: &Plan, state: &mut TileState) {
     let probability = F32x8::splat(setup.lights.environment_probability);
+    let constant = match setup.lights.environment {
+        Some(EnvironmentLight::Constant(radiance)) => radiance,
+        _ => [0.0; 3],
+    };
     let TileState { paths, misses, slots, .. } = state;
     for first in (0..misses.len).step_by(LANES) {
         let (row, active) = misses.block(first);
         let slot = U32x8::gather(&paths.slot, row);
-        let weight = if plan.needs.pdf {
-            let pdf_dir = F32x8::gather(&paths.pdf_dir, row);
-            // The environment is sampled by a cosine hemisphere; so are diffuse surfaces, which then know the density.
-            let hemisphere =
-                if plan.needs.cosine { cosine_hemisphere_pdf_dir(F32x8::gather(&paths.cosine, row)) } else { pdf_dir };
-            emission_weight(setup.strategy, slot, pdf_dir, probability * hemisphere)
-        } else {
-            emission_weight(setup.strategy, slot, F32x8::ONE, F32x8::ONE)
+        let pdf_dir = if plan.needs.pdf { F32x8::gather(&paths.pdf_dir, row) } else { F32x8::ONE };
+        let (radiance, pdf_light) = match setup.lights.environment {
+            Some(EnvironmentLight::Map(map, distribution)) if MAP => {
+                let gather = |column: &[f32]| F32x8::gather(column, row);
+                let rays = &paths.rays;
+                let texels = look_up(map, Vec3x8::new(gather(&rays.dx), gather(&rays.dy), gather(&rays.dz)));
+                let pdf_light = map_pdf_dir(distribution, &texels);
+                (texels.radiance, pdf_light)
+            }
+            // A constant environment is sampled by a cosine hemisphere; so are diffuse surfaces, which then know the density.
+            _ if plan.needs.cosine => {
+                (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(F32x8::gather(&paths.cosine, row)))
+            }
+            _ => (Vec3x8::splat(constant), pdf_dir),
         };
+        let weight = emission_weight(setup.strategy, slot, pdf_dir, probability * pdf_light);
         let gain = (paths.beta.gather(row) * radiance).scale(weight);
         slots.add(slot & U32x8::splat(SLOT), gain, active.bits());
     }

@@ -56,7 +56,7 @@ pub struct SurfacePoints {
     pub material: U32x8,
 }
 
-/// The points with weights (1-u-v, u, v), kept a little off the edges, on `triangle`, hit by rays in directions `direction`.
+/// The points with weights (1-u-v, u, v) on `triangle`, kept off its edges, hit by rays in directions `direction`.
 /// With `DETAIL` there is an entry of `corners` a triangle.
 #[inline(always)]
 pub fn surface_points<const DETAIL: bool>(
@@ -67,10 +67,7 @@ pub fn surface_points<const DETAIL: bool>(
     direction: Vec3x8,
 ) -> SurfacePoints {
     let columns = gather_records(triangles, triangle);
-    let inset = columns[15] * F32x8::splat(HALF_ULP);
-    let (a, b, c) = ((F32x8::ONE - u - v).max(inset), u.max(inset), v.max(inset));
-    let scale = F32x8::ONE / (a + b + c);
-    let weights = [a * scale, b * scale, c * scale];
+    let weights = inset_weights(u, v, columns[15] * F32x8::splat(HALF_ULP));
     let front_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let front: Mask8 = front_normal.dot(direction).lt(F32x8::ZERO);
     let normal = front.select_vec3(front_normal, -front_normal);
@@ -150,6 +147,17 @@ impl SurfacePoints {
         let image = direction - self.true_normal.scale(F32x8::splat(2.0) * depth);
         self.on_meant_side(direction).select_vec3(direction, image)
     }
+}
+
+/// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move off
+/// it ([`crate::scene::margins`]), all others stay where they are.
+#[inline(always)]
+fn inset_weights(u: F32x8, v: F32x8, inset: F32x8) -> [F32x8; 3] {
+    let (u, v) = (u.max(inset), v.max(inset));
+    let lacking = (inset - (F32x8::ONE - u - v)).max(F32x8::ZERO);
+    let first = u.gt(v);
+    let (u, v) = (first.select(u - lacking, u), first.select(v, v - lacking));
+    [F32x8::ONE - u - v, u, v]
 }
 
 /// Barycentric sums, and how far along the normals rays must start to be off the surfaces for certain; `sliver` is what

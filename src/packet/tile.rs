@@ -5,7 +5,6 @@ use std::time::Instant;
 use super::counters::{Counters, Stage};
 use super::plan::Plan;
 use super::shade_emitter::shade_emitter;
-use super::shade_miss::shade_miss;
 use super::sort_hits::sort_hits;
 use super::state::{ShadowQueue, TileState};
 use crate::bvh::RayKind;
@@ -52,7 +51,7 @@ pub fn step(
     clock = counters.note(Stage::SortHits, state.paths.len, clock);
 
     if plan.needs.misses {
-        shade_miss(setup, plan, state);
+        (plan.shade_miss)(setup, plan, state);
         clock = counters.note(Stage::ShadeMiss, state.misses.len, clock);
     }
     if plan.needs.emitters {

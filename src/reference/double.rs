@@ -25,8 +25,22 @@ pub fn sin_cos_turns(turns: Real) -> (Real, Real) {
     (turns * std::f64::consts::TAU).sin_cos()
 }
 
+/// The angle of the vector (`x`, `y`) from the x axis towards the y axis, in turns, in [0, 1).
+pub fn atan2_turns(y: Real, x: Real) -> Real {
+    let turns = y.atan2(x) / std::f64::consts::TAU;
+    let turns = if turns < 0.0 { turns + 1.0 } else { turns };
+    if turns < 1.0 { turns } else { 0.0 }
+}
+
+/// The arc cosine of `y` in half turns, in [0, 1]; what lies beyond -1 or 1 counts as -1 or 1.
+pub fn acos_half_turns(y: Real) -> Real {
+    y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI
+}
+
 #[path = "bsdf.rs"]
 pub mod bsdf;
+#[path = "environment.rs"]
+pub mod environment;
 #[path = "intersect.rs"]
 pub mod intersect;
 #[path = "light.rs"]

@@ -1,10 +1,12 @@
 //! Light sampling: choose a light, choose a point or a direction, and say with which density.
 
+use super::environment::{map_pdf_dir, sample_map, texel_index};
 use super::surface::{SurfacePoint, point_and_offset};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use super::{Real, Vec3, vec3};
-use crate::scene::lights::{LightPictures, LightRecord, LightTable};
+use crate::sampler::unit;
+use crate::scene::lights::{EnvironmentLight, LightPictures, LightRecord, LightTable};
 use crate::scene::textures::NO_TEXTURE;
 
 /// A light sample as seen from a surface point.
@@ -25,11 +27,12 @@ pub struct LightSample {
 
 /// Draws a light sample; `None` if it cannot contribute (below the horizon, behind the light).
 ///
-/// `word` selects the light, `u` the point on it.
-pub fn sample_light(lights: &LightTable, point: &SurfacePoint, word: u32, u: [Real; 2]) -> Option<LightSample> {
-    let (environment, word) = lights.choose_environment(word);
+/// `words` are those of [`crate::sampler::light_block`].
+pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) -> Option<LightSample> {
+    let u = [unit(words[1]) as Real, unit(words[2]) as Real];
+    let (environment, word) = lights.choose_environment(words[0]);
     if environment {
-        return sample_environment(lights, point, u);
+        return sample_environment(lights, point, [word, words[3] << 1], u);
     }
     let chosen = lights.choose_triangle(word);
     let light = &lights.records[chosen as usize];
@@ -59,19 +62,28 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, word: u32, u: [Re
     Some(LightSample { direction, cosine, radiance, pdf_dir, shadow_direction, shadow_tmax: 1.0 })
 }
 
-/// A constant environment, sampled by a cosine hemisphere about the surface normal.
-fn sample_environment(lights: &LightTable, point: &SurfacePoint, u: [Real; 2]) -> Option<LightSample> {
-    let direction = to_world(sample_cosine_hemisphere(u), point.normal);
+/// A constant environment is sampled by a cosine hemisphere about the surface normal, a map by its radiance.
+fn sample_environment(lights: &LightTable, point: &SurfacePoint, words: [u32; 2], u: [Real; 2]) -> Option<LightSample> {
+    let (direction, radiance, map_pdf) = match lights.environment? {
+        EnvironmentLight::Constant(radiance) => {
+            (to_world(sample_cosine_hemisphere(u), point.normal), vec3(radiance), None)
+        }
+        EnvironmentLight::Map(map, distribution) => {
+            let (direction, texel) = sample_map(map, distribution, words, u);
+            (direction, vec3(texel.radiance), Some(map_pdf_dir(distribution, &texel)))
+        }
+    };
     // From the rounded direction, as the BSDF will see it.
     let cosine = point.normal.dot(direction);
-    if !(cosine > 0.0) {
+    let pdf_dir = map_pdf.unwrap_or(cosine_hemisphere_pdf_dir(cosine));
+    if !(cosine > 0.0 && pdf_dir > 0.0) {
         return None;
     }
     Some(LightSample {
         direction,
         cosine,
-        radiance: vec3(lights.environment?),
-        pdf_dir: environment_pdf_dir(lights, cosine),
+        radiance,
+        pdf_dir: lights.environment_probability as Real * pdf_dir,
         shadow_direction: direction,
         shadow_tmax: Real::INFINITY,
     })
@@ -94,8 +106,15 @@ pub fn light_pdf_dir(light: &LightRecord, t: Real, light_cosine: Real) -> Real {
     light.pdf_area() as Real * (t * t) / light_cosine
 }
 
-/// Density per steradian with which [`sample_light`] would have drawn the direction of a BSDF ray that left the scene,
-/// from a surface where it makes `cosine` with the normal.
-pub fn environment_pdf_dir(lights: &LightTable, cosine: Real) -> Real {
-    lights.environment_probability as Real * cosine_hemisphere_pdf_dir(cosine)
+/// The radiance that a ray in direction `direction` finds when it leaves the scene, and the density per steradian with
+/// which [`sample_light`] would have drawn it from a surface where it makes `cosine` with the normal. `None`: nothing there.
+pub fn environment_in_direction(lights: &LightTable, direction: Vec3, cosine: Real) -> Option<(Vec3, Real)> {
+    let (radiance, pdf_dir) = match lights.environment? {
+        EnvironmentLight::Constant(radiance) => (vec3(radiance), cosine_hemisphere_pdf_dir(cosine)),
+        EnvironmentLight::Map(map, distribution) => {
+            let texel = &map.texels[texel_index(map, direction)];
+            (vec3(texel.radiance), map_pdf_dir(distribution, texel))
+        }
+    };
+    Some((radiance, lights.environment_probability as Real * pdf_dir))
 }

@@ -2,7 +2,7 @@
 
 use super::bsdf::BsdfSample;
 use super::intersect::{Ray, intersect, occluded, stack};
-use super::light::{LightSample, emitted, environment_pdf_dir, light_pdf_dir, sample_light};
+use super::light::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::surface::{SurfacePoint, surface_point};
 use super::texture::look_up;
 use super::warp::sample_uniform_disk;
@@ -41,6 +41,16 @@ enum Previous {
     LightChosen,
 }
 
+impl Previous {
+    /// The cosine at the surface where light sampling could have drawn the direction, else 0.
+    fn cosine(self) -> Real {
+        match self {
+            Previous::Drawn { cosine, .. } => cosine,
+            _ => 0.0,
+        }
+    }
+}
+
 /// Follows sample `sample` of pixel (`x`, `y`); `record` is told every step.
 pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut impl FnMut(TraceVertex)) -> PathResult {
     let pixel = crate::sampler::pixel_address(x, y);
@@ -60,9 +70,10 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         let Some(hit) = intersect(&scene.bvh, &ray, &mut step.stack) else {
             // shade_miss
             step.note(Event { t: Real::INFINITY, direction: ray.direction, ..Event::new("miss", ray.origin) });
-            if let Some(radiance) = scene.environment {
-                let weight = environment_weight(setup, previous);
-                let gain = step.beta * vec3(radiance) * weight;
+            let found = environment_in_direction(&setup.lights, ray.direction, previous.cosine());
+            if let Some((radiance, pdf_light)) = found {
+                let weight = emission_weight(setup, previous, pdf_light);
+                let gain = step.beta * radiance * weight;
                 step.radiance += gain;
                 let direction = ray.direction;
                 step.note(Event { direction, gain, weight, ..Event::new("environment", ray.origin) });
@@ -106,13 +117,12 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         if setup.samples_lights() && !delta {
             let words = numbers(light_block(event));
             light_chosen = unit(words[3]) < 0.5;
-            if setup.strategy != Strategy::MisOneSample || light_chosen {
-                let u = [unit(words[1]) as Real, unit(words[2]) as Real];
-                let above = |light: &LightSample| light.direction.dot(point.true_normal) > 0.0;
-                if let Some(light) = sample_light(&setup.lights, &point, words[0], u).filter(above) {
-                    let scattered = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
-                    result.shadow_rays += direct_light(setup, &point, &light, scattered, &mut step) as u32;
-                }
+            let draws = setup.strategy != Strategy::MisOneSample || light_chosen;
+            let above = |light: &LightSample| light.direction.dot(point.true_normal) > 0.0;
+            let light = draws.then(|| sample_light(&setup.lights, &point, words)).flatten();
+            if let Some(light) = light.filter(above) {
+                let scattered = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
+                result.shadow_rays += direct_light(setup, &point, &light, scattered, &mut step) as u32;
             }
         }
 
@@ -257,15 +267,6 @@ fn emission_weight(setup: &Setup, previous: Previous, pdf_light: Real) -> Real {
         Strategy::MisBalance => mis::balance(pdf_dir, pdf_light),
         Strategy::MisPower => mis::power(pdf_dir, pdf_light),
     }
-}
-
-/// [`emission_weight`] of the environment.
-fn environment_weight(setup: &Setup, previous: Previous) -> Real {
-    let pdf_light = match previous {
-        Previous::Drawn { cosine, .. } => environment_pdf_dir(&setup.lights, cosine),
-        _ => 0.0,
-    };
-    emission_weight(setup, previous, pdf_light)
 }
 
 /// Whether emission found by the next hit can count at all; if not, the last ray need not be traced.

@@ -41,7 +41,7 @@ pub struct SurfacePoint {
     pub origin_behind: Vec3,
 }
 
-/// The point with weights (1-u-v, u, v), kept a little off the edges, on `triangle`, hit by a ray in direction `direction`.
+/// The point with weights (1-u-v, u, v) on `triangle`, kept off its edges, hit by a ray in direction `direction`.
 pub fn surface_point(
     triangle: &TriangleRecord,
     corners: Option<&CornerRecord>,
@@ -49,10 +49,7 @@ pub fn surface_point(
     v: Real,
     direction: Vec3,
 ) -> SurfacePoint {
-    let inset = triangle.inset as Real * HALF_ULP;
-    let [a, b, c] = [1.0 - u - v, u, v].map(|weight| if weight > inset { weight } else { inset });
-    let scale = 1.0 / (a + b + c);
-    let weights = [a * scale, b * scale, c * scale];
+    let weights = inset_weights(u, v, triangle.inset as Real * HALF_ULP);
     let front_normal = vec3(triangle.normal);
     let front = front_normal.dot(direction) < 0.0;
     let normal = if front { front_normal } else { -front_normal };
@@ -122,6 +119,17 @@ impl SurfacePoint {
             false => None,
         }
     }
+}
+
+/// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move off
+/// it ([`crate::scene::margins`]), all others stay where they are.
+fn inset_weights(u: Real, v: Real, inset: Real) -> [Real; 3] {
+    let u = if u > inset { u } else { inset };
+    let v = if v > inset { v } else { inset };
+    let lacking = inset - (1.0 - u - v);
+    let lacking = if lacking > 0.0 { lacking } else { 0.0 };
+    let (u, v) = if u > v { (u - lacking, v) } else { (u, v - lacking) };
+    [1.0 - u - v, u, v]
 }
 
 /// A barycentric sum, and how far along the normal a ray must start to be off the surface for certain; `sliver` is what

@@ -94,7 +94,7 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
         textures: Vec::new(),
         triangles: mesh.triangles,
         materials,
-        environment: Some(EnvironmentDesc { radiance: [3.0, 3.8, 5.0] }),
+        environment: Some(EnvironmentDesc::Constant { radiance: [3.0, 3.8, 5.0] }),
         warnings: Vec::new(),
     }
 }

@@ -179,11 +179,33 @@ impl Default for CameraDesc {
     }
 }
 
-/// The environment: constant radiance from every direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EnvironmentDesc {
-    /// W sr^-1 m^-2, linear Rec.709; at least one channel above 0.
-    pub radiance: [f64; 3],
+/// What surrounds the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentDesc {
+    /// The same from every direction.
+    Constant {
+        /// W sr^-1 m^-2, linear Rec.709; at least one channel above 0.
+        radiance: [f64; 3],
+    },
+    /// A picture of the surroundings.
+    Map(MapDesc),
+}
+
+/// A latitude-longitude map: +y up, the centre column towards -z, columns rising towards +x.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MapDesc {
+    /// The file it was read from, for messages.
+    pub file: String,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` values, linear Rec.709, row by row from the top; finite, none negative, not all 0.
+    pub texels: Vec<[f32; 3]>,
+    /// Degrees by which the surroundings are turned about +y, counter-clockwise seen from above.
+    pub rotate: f64,
+    /// Factor from texels to radiance, W sr^-1 m^-2; above 0.
+    pub scale: f64,
 }
 
 /// The pixel filter, imposed by where samples are put (filter importance sampling, Ernst et al. 2006): every sample then

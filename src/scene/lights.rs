@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::environment::{Distribution, Environment, EnvironmentMap};
 use super::prepare::{Emitter, PreparedScene, TriangleRecord};
 use super::textures::{NO_TEXTURE, TextureTable};
 use crate::sampler::index_below;
@@ -72,8 +73,17 @@ pub enum Selection {
     Alias(Vec<AliasColumn>),
 }
 
+/// The environment as a light.
+#[derive(Clone, Copy)]
+pub enum EnvironmentLight<'a> {
+    /// The same radiance from everywhere, W sr^-1 m^-2.
+    Constant([f32; 3]),
+    /// A map, and how light samples are spread over it.
+    Map(&'a EnvironmentMap, &'a Distribution),
+}
+
 /// The lights of a scene under one selection.
-pub struct LightTable {
+pub struct LightTable<'a> {
     /// Per emitter of the scene, its record.
     pub records: Vec<LightRecord>,
     /// Pictures on lights, if any light has one.
@@ -82,17 +92,17 @@ pub struct LightTable {
     pub two_sided: bool,
     /// How a triangle is chosen.
     pub selection: Selection,
-    /// Radiance of the environment, if it is a light.
-    pub environment: Option<[f32; 3]>,
+    /// The environment, if it is a light.
+    pub environment: Option<EnvironmentLight<'a>>,
     /// Probability with which a light sample goes to the environment: 0, 1/2 or 1.
     pub environment_probability: f32,
 }
 
-impl LightTable {
-    /// The table of `scene` under `lights`.
-    pub fn new(scene: &PreparedScene, lights: Lights) -> LightTable {
+impl<'a> LightTable<'a> {
+    /// The table of `scene` under `lights`; `compensated`: see [`EnvironmentMap::distribution`].
+    pub fn new(scene: &'a PreparedScene, lights: Lights, compensated: bool) -> LightTable<'a> {
         let count = scene.emitters.len();
-        let environment_probability = match (scene.environment, count) {
+        let environment_probability = match (&scene.environment, count) {
             (None, _) => 0.0,
             (Some(_), 0) => 1.0,
             (Some(_), _) => 0.5,
@@ -118,12 +128,16 @@ impl LightTable {
             (_, Lights::Uniform) => Selection::Uniform,
             (_, Lights::Power) => Selection::Alias(alias_table(&weights, total)),
         };
+        let environment = scene.environment.as_ref().map(|environment| match environment {
+            Environment::Constant(radiance) => EnvironmentLight::Constant(*radiance),
+            Environment::Map(map) => EnvironmentLight::Map(map, map.distribution(compensated)),
+        });
         LightTable {
             records: records.collect(),
             pictures: pictures(scene),
             two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
             selection,
-            environment: scene.environment,
+            environment,
             environment_probability,
         }
     }
@@ -193,7 +207,7 @@ fn off_the_surface(triangle: &TriangleRecord) -> [[f32; 3]; 3] {
 }
 
 /// Vose's method: every column holds at most two lights and the columns are equally likely.
-fn alias_table(weights: &[f64], total: f64) -> Vec<AliasColumn> {
+pub(super) fn alias_table(weights: &[f64], total: f64) -> Vec<AliasColumn> {
     let n = weights.len();
     let mut share: Vec<f64> = weights.iter().map(|w| w / total * n as f64).collect();
     let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| share[i] < 1.0);
@@ -212,11 +226,17 @@ fn alias_table(weights: &[f64], total: f64) -> Vec<AliasColumn> {
 }
 
 /// Light kinds in words, for plans and reports.
-pub fn selection_name(table: &LightTable) -> &'static str {
-    match table.selection {
-        Selection::None => "environment",
-        Selection::Single => "single light",
-        Selection::Uniform => "uniform",
-        Selection::Alias(_) => "power (alias table)",
-    }
+pub fn selection_name(table: &LightTable) -> String {
+    let triangles = match table.selection {
+        Selection::None => None,
+        Selection::Single => Some("single light"),
+        Selection::Uniform => Some("uniform"),
+        Selection::Alias(_) => Some("power (alias table)"),
+    };
+    let environment = table.environment.map(|environment| match environment {
+        EnvironmentLight::Constant(_) => "constant environment, by cosine",
+        EnvironmentLight::Map(_, Distribution { floor: 0.0, .. }) => "environment map, importance sampled",
+        EnvironmentLight::Map(..) => "environment map, importance sampled above its mean",
+    });
+    triangles.into_iter().chain(environment).collect::<Vec<_>>().join(" or ")
 }

@@ -1,14 +1,16 @@
 //! From a path to a [`SceneDesc`]: `.toml`, bare `.obj` or `builtin:NAME`.
 
 use crate::error::{Error, Result};
+use crate::image::Image;
 use crate::scene::builtin;
 use crate::scene::desc::{
-    CameraDesc, CornerDesc, EnvironmentDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc, TextureUse, TriangleDesc,
+    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc, TextureUse,
+    TriangleDesc,
 };
 use crate::scene::mtl::{GREY, MtlKind, MtlMaterial, TextureRef};
 use crate::scene::nearest::nearest;
 use crate::scene::obj::{ObjMaterial, ObjMesh, ObjTriangle, load_obj};
-use crate::scene::parse::{self, Kind, MaterialEntry, SceneFile};
+use crate::scene::parse::{self, EnvironmentEntry, Kind, MaterialEntry, SceneFile};
 use crate::scene::textures::read_texture;
 use crate::scene::transform::Transform;
 use crate::scene::validate::{self, is_degenerate};
@@ -38,7 +40,7 @@ impl SceneDesc {
         let mut scene = scene.finish(&[])?;
         frame(&mut scene)?;
         if !emits(&scene) {
-            scene.environment = Some(EnvironmentDesc { radiance: [1.0; 3] });
+            scene.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
             scene.warnings.push("nothing emits light: lit by a constant white environment".into());
         }
         validate::check(&scene)?;
@@ -58,7 +60,15 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
         scene.add_mesh(&path.with_file_name("").join(&mesh.obj), &mesh.transform, Some((path, mesh.line)))?;
     }
     let mut scene = scene.finish(&materials)?;
-    (scene.film, scene.filter, scene.render, scene.environment) = (film, filter, render, environment);
+    (scene.film, scene.filter, scene.render) = (film, filter, render);
+    scene.environment = match environment {
+        None => None,
+        Some(EnvironmentEntry::Constant { radiance }) => Some(EnvironmentDesc::Constant { radiance }),
+        Some(EnvironmentEntry::Map { file, line, rotate, scale }) => {
+            let desc = MapDesc { file, rotate, scale, ..MapDesc::default() };
+            load_map(path, line, desc, &mut scene.warnings)?.map(EnvironmentDesc::Map)
+        }
+    };
     match camera {
         Some(camera) => scene.camera = camera,
         None => frame(&mut scene)?,
@@ -68,6 +78,41 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
     }
     validate::check(&scene)?;
     Ok(scene)
+}
+
+/// Reads the environment map that `desc` names; `None` if it is all black. What cannot be radiance is an error where it is
+/// infinite, and counts 0, with a warning, where it is negative or no number.
+fn load_map(scene: &Path, line: usize, mut desc: MapDesc, warnings: &mut Vec<String>) -> Result<Option<MapDesc>> {
+    let file = scene.with_file_name("").join(&desc.file);
+    let fault = |message: String| Error::parse(scene, Some(line), format!("[environment]: {message}"));
+    let image = Image::read(&file).map_err(|error| fault(error.to_string().replace('\n', ", ")))?;
+    (desc.width, desc.height, desc.texels) = (image.width, image.height, image.pixels);
+    let mut mended = 0;
+    for texel in &mut desc.texels {
+        if texel.iter().any(|&c| c < 0.0 || c.is_nan()) {
+            mended += 1;
+            *texel = texel.map(|c| if c > 0.0 { c } else { 0.0 });
+        }
+    }
+    let name = file.display();
+    if mended > 0 {
+        warnings.push(format!("{name}: {mended} texels are negative or not a number; what is counts as 0"));
+    }
+    if let Some(i) = desc.texels.iter().position(|texel| texel.iter().any(|c| c.is_infinite())) {
+        let (x, y) = (i as u32 % desc.width, i as u32 / desc.width);
+        return Err(fault(format!("{name}: texel {x},{y} is infinite: clamp the map to what the light really is")));
+    }
+    if desc.texels.iter().all(|texel| *texel == [0.0; 3]) || desc.scale == 0.0 {
+        warnings.push(format!("{name}: the environment map is black"));
+        return Ok(None);
+    }
+    desc.file = name.to_string();
+    let environment = EnvironmentDesc::Map(desc);
+    match (validate::environment_fault(&environment), environment) {
+        (Some(message), _) => Err(fault(message)),
+        (None, EnvironmentDesc::Map(desc)) => Ok(Some(desc)),
+        (None, EnvironmentDesc::Constant { .. }) => Ok(None),
+    }
 }
 
 /// Whether any triangle shines.

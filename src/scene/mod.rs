@@ -8,6 +8,7 @@
 pub mod builtin;
 pub mod corners;
 pub mod desc;
+pub mod environment;
 mod facade;
 pub mod lights;
 pub mod load;

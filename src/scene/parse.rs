@@ -1,7 +1,7 @@
 //! A TOML scene file's text into what it says. Reads no other file; every fault names its line.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, PixelFilter, RenderDesc, Scattering};
+use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
 use crate::scene::mtl::MtlMaterial;
 use crate::scene::toml_reader::{Document, Table};
 use crate::scene::transform::{self, Transform};
@@ -32,7 +32,7 @@ pub struct SceneFile {
     /// The material entries, in file order.
     pub materials: Vec<MaterialEntry>,
     /// The environment, if it shines.
-    pub environment: Option<EnvironmentDesc>,
+    pub environment: Option<EnvironmentEntry>,
 }
 
 /// One `[[mesh]]`.
@@ -44,6 +44,27 @@ pub struct MeshEntry {
     pub line: usize,
     /// Where it stands.
     pub transform: Transform,
+}
+
+/// What `[environment]` says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentEntry {
+    /// The same from every direction.
+    Constant {
+        /// Radiance, W sr^-1 m^-2, scale included; not all 0.
+        radiance: [f64; 3],
+    },
+    /// A picture.
+    Map {
+        /// Its file, as written.
+        file: String,
+        /// The line that names it.
+        line: usize,
+        /// Degrees about +y.
+        rotate: f64,
+        /// Factor from texels to radiance, at least 0.
+        scale: f64,
+    },
 }
 
 /// The kinds of material.
@@ -331,18 +352,32 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
     }
 }
 
-fn parse_environment(table: &Table<'_>) -> Result<Option<EnvironmentDesc>> {
-    table.check_keys(&["radiance", "scale"], &["map", "rotate"])?;
-    let radiance = table.need("radiance", table.radiance("radiance")?)?;
+fn parse_environment(table: &Table<'_>) -> Result<Option<EnvironmentEntry>> {
+    table.check_keys(&["radiance", "map", "rotate", "scale"], &[])?;
     let scale = table.number("scale")?.unwrap_or(1.0);
     if scale < 0.0 {
         return Err(table.error_at("scale", "`scale` is negative; light cannot be"));
+    }
+    let (radiance, map) = (table.radiance("radiance")?, table.string("map")?);
+    let Some(radiance) = radiance else {
+        let file = map.ok_or_else(|| table.error("`radiance` or `map` is missing"))?.to_owned();
+        if file.is_empty() {
+            return Err(table.error_at("map", "`map` is empty: name an .exr, .hdr, .pfm or .png file"));
+        }
+        let rotate = table.number("rotate")?.unwrap_or(0.0);
+        return Ok(Some(EnvironmentEntry::Map { file, line: table.line_of("map"), rotate, scale }));
+    };
+    if map.is_some() {
+        return Err(table.error_at("map", "`radiance` and `map` exclude each other: keep one"));
+    }
+    if table.number("rotate")?.is_some() {
+        return Err(table.error_at("rotate", "`rotate` turns a `map`; constant radiance has nothing to turn"));
     }
     let radiance = radiance.map(|x| x * scale);
     if !radiance.iter().all(|&x| validate::fits_f32(x)) {
         return Err(table.error_at("scale", "radiance times scale must stay below 3.4e38"));
     }
-    Ok((radiance != [0.0; 3]).then_some(EnvironmentDesc { radiance }))
+    Ok((radiance != [0.0; 3]).then_some(EnvironmentEntry::Constant { radiance }))
 }
 
 /// The bytes of a TOML file as text.

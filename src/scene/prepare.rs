@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::corners::{CornerRecord, FLAT, corner_table, placed};
 use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
+use super::environment::Environment;
 use super::margins::Margins;
 use super::material::{MaterialKind, MaterialRecord};
 use super::textures::TextureTable;
@@ -101,8 +102,8 @@ pub struct PreparedScene {
     pub materials: Vec<MaterialRecord>,
     /// Emissive triangles, by ascending id.
     pub emitters: Vec<Emitter>,
-    /// Constant radiance of the surroundings, if there are any.
-    pub environment: Option<[f32; 3]>,
+    /// The surroundings, if there are any.
+    pub environment: Option<Environment>,
     /// The acceleration structure.
     pub bvh: Bvh,
     /// What the scene holds.
@@ -171,7 +172,7 @@ impl PreparedScene {
             classes,
             materials,
             emitters,
-            environment: desc.environment.map(|e| e.radiance.map(|c| c as f32)),
+            environment: desc.environment.as_ref().map(Environment::new),
             bvh,
             features,
             warnings: Vec::new(),
@@ -195,6 +196,9 @@ impl PreparedScene {
             ("emissive triangles", size_of_val(&self.emitters[..])),
         ];
         tables.extend(self.bvh.tables());
+        if let Some(Environment::Map(map)) = &self.environment {
+            tables.extend(map.tables());
+        }
         tables.retain(|table| table.1 > 0);
         tables
     }

@@ -21,7 +21,7 @@ pub fn warnings(desc: &SceneDesc, scene: &PreparedScene) -> Vec<String> {
         by_material[desc.triangles[emitter.triangle as usize].material as usize].push(emitter.triangle);
     }
     let emissive = by_material.iter().filter(|triangles| !triangles.is_empty()).count();
-    let rays = (RAYS / emissive.max(1)).clamp(LANES, RAYS_OF_ONE);
+    let rays = (RAYS / emissive.max(1)).clamp(LANES, RAYS_OF_ONE) / LANES * LANES;
     let looked_at = by_material.iter().enumerate().filter(|(_, triangles)| !triangles.is_empty()).take(RAYS / LANES);
     let blind = looked_at.filter(|(_, triangles)| !sees_anything(scene, triangles, rays));
     let warning = |(material, _): (usize, _)| {
@@ -37,10 +37,9 @@ pub fn warnings(desc: &SceneDesc, scene: &PreparedScene) -> Vec<String> {
 /// Whether any of `rays` rays from the fronts of `triangles` hits a triangle or reaches the camera.
 fn sees_anything(scene: &PreparedScene, triangles: &[u32], rays: usize) -> bool {
     let camera = Vec3::from(scene.camera.position.map(|x| x as f32));
-    let mut packet = 0;
-    while packet * LANES < rays {
+    for first in (0..rays).step_by(LANES) {
         let starts: [Start; LANES] = std::array::from_fn(|lane| {
-            let ray = packet * LANES + lane;
+            let ray = first + lane;
             // Spread over all triangles of the material, whatever their number.
             Start::new(scene, triangles[ray * triangles.len() / rays], ray as u32)
         });
@@ -52,7 +51,6 @@ fn sees_anything(scene: &PreparedScene, triangles: &[u32], rays: usize) -> bool 
         if (0..LANES).any(|lane| in_front(&starts[lane]) && blocked >> lane & 1 == 0) {
             return true;
         }
-        packet += 1;
     }
     false
 }

@@ -1,9 +1,12 @@
 //! What must hold of every [`SceneDesc`], whoever made it, and what counts as a triangle without area.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, Scattering, SceneDesc, TextureUse};
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, Scattering, SceneDesc, TextureUse};
 use crate::settings::MAX_FILM_SIDE;
 use glam::DVec3;
+
+/// The most texels an environment map may have.
+pub const MAX_TEXELS: usize = 1 << 28;
 
 /// Whether a triangle has no area, exactly: its corners lie on one line (judged in f64) or are not finite. Such
 /// triangles keep their number but are left out of the BVH and of the light table.
@@ -157,10 +160,37 @@ pub fn check(scene: &SceneDesc) -> Result<()> {
             return fail(format!("material `{}` emits {:?}, not finite or negative", material.name, material.emission));
         }
     }
-    if let Some(environment) = scene.environment
-        && !environment.radiance.iter().all(|&e| e >= 0.0 && fits_f32(e))
-    {
-        return fail(format!("the environment's radiance {:?} is negative or not finite", environment.radiance));
+    match scene.environment.as_ref().and_then(environment_fault) {
+        Some(fault) => fail(fault),
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// Why this environment cannot shine, if it cannot.
+pub fn environment_fault(environment: &EnvironmentDesc) -> Option<String> {
+    let map = match environment {
+        EnvironmentDesc::Constant { radiance } => {
+            let fine = radiance.iter().all(|&e| e >= 0.0 && fits_f32(e));
+            return (!fine).then(|| format!("the environment's radiance {radiance:?} is negative or not finite"));
+        }
+        EnvironmentDesc::Map(map) => map,
+    };
+    let name = &map.file;
+    if map.width == 0 || map.height == 0 || map.texels.len() as u64 != map.width as u64 * map.height as u64 {
+        return Some(format!("environment map {name}: {} texels for {} x {}", map.texels.len(), map.width, map.height));
+    }
+    if map.width > MAX_FILM_SIDE || map.height > MAX_FILM_SIDE || map.texels.len() > MAX_TEXELS {
+        let size = format!("{} x {}", map.width, map.height);
+        return Some(format!("environment map {name}: {size} texels are too many; scale it down to 16384 x 8192"));
+    }
+    if !(map.scale > 0.0 && fits_f32(map.scale) && map.rotate.is_finite()) {
+        return Some(format!("environment map {name}: scale must be above 0, scale and rotate finite"));
+    }
+    let brightest = map.texels.iter().flatten().fold(0.0, |most: f32, &c| if c <= most { most } else { c });
+    // A NaN takes the brightest's place and fails the test below.
+    if !(fits_f32(brightest as f64 * map.scale)) || map.texels.iter().flatten().any(|&c| c < 0.0) {
+        return Some(format!("environment map {name}: texels times scale must be finite and not negative"));
+    }
+    let lit = (brightest as f64 * map.scale) as f32 >= f32::MIN_POSITIVE;
+    (!lit).then(|| format!("environment map {name}: no texel shines"))
 }

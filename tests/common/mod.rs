@@ -4,7 +4,7 @@
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 8] = [
+pub const SCENES: [&str; 9] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
@@ -12,6 +12,7 @@ pub const SCENES: [&str; 8] = [
     "scenes/lens.toml",
     "scenes/glossy_plates.toml",
     "scenes/glass.toml",
+    "scenes/sky.toml",
     "builtin:heavy:20000",
 ];
 

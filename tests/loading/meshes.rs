@@ -162,7 +162,7 @@ fn a_bare_obj_is_framed_and_lit() {
         let reach = depth * 17.5f64.to_radians().tan();
         assert!(depth > 0.0 && (0..2).all(|i| (f64::from(p[i]) - camera.look_at[i]).abs() < reach), "{p:?}");
     }
-    assert_eq!(scene.environment.unwrap().radiance, [1.0; 3]);
+    assert_eq!(scene.environment, Some(octray::scene::desc::EnvironmentDesc::Constant { radiance: [1.0; 3] }));
     assert!(warned(&scene, &["no camera", "-z"]) && warned(&scene, &["white environment"]));
     // What emits needs no environment; what no triangle uses does not emit.
     let lit = load_mtl("newmtl m\nKe 1 1 1\n").unwrap();

@@ -82,7 +82,12 @@ fn load_both(obj: &[u8], mtl: &[u8], toml: &[u8]) {
         match folder.load(name) {
             Ok(scene) => {
                 validate::check(&scene).expect("a loaded scene is sound");
-                assert!(scene.environment.is_none_or(|e| e.radiance != [0.0; 3]));
+                assert!(
+                    scene
+                        .environment
+                        .as_ref()
+                        .is_none_or(|e| *e != octray::scene::desc::EnvironmentDesc::Constant { radiance: [0.0; 3] })
+                );
             }
             Err(message) => assert!(!message.is_empty() && message.lines().count() == 1, "{message:?}"),
         }
