@@ -86,6 +86,12 @@ pub fn parse_mtl(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Resul
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{feff}');
     let clean = clean_mtl(path, text)?;
+    let cut_out = logical_lines(text).filter(|(_, line)| split_keyword(line).0 == "map_d").count();
+    if cut_out > 0 {
+        let file = path.display();
+        warnings
+            .push(format!("{file}: {cut_out} map_d line(s): cut-outs are not supported yet; these surfaces are whole"));
+    }
     let (materials, _) = tobj::load_mtl_buf(&mut clean.as_bytes())
         .map_err(|e| Error::parse(path, None, format!("not an MTL file: {e}")))?;
     Ok(materials.iter().map(|material| convert(path, material, warnings)).collect())
