@@ -126,6 +126,11 @@ impl F32x8 {
     pub fn sqrt(self) -> Self {
         Self(self.0.sqrt())
     }
+    /// The largest whole number that is not larger: exact.
+    #[inline(always)]
+    pub fn floor(self) -> Self {
+        Self(self.0.floor())
+    }
     /// `if self < other { self } else { other }`, the crate's one definition ([`crate::math::min`]).
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {

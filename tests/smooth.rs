@@ -31,7 +31,10 @@ fn ball(maker: &mut Maker, rings: u32, radius: f64, material: u32) {
                 }
                 let vertices = corners.map(|v| first + v);
                 maker.desc.triangles.push(TriangleDesc { vertices, material, flipped: false });
-                maker.desc.corners.push(CornerDesc { normals: corners.map(|v| normals[v as usize]) });
+                maker
+                    .desc
+                    .corners
+                    .push(CornerDesc { normals: corners.map(|v| normals[v as usize]), ..CornerDesc::default() });
             }
         }
     }
@@ -135,7 +138,7 @@ fn no_light_leaks_into_a_smooth_box() {
             let lamp = maker.diffuse([0.0; 3], [1e6; 3]);
             maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], outward < 0.0, wall);
             let corner = |v: u32| maker.desc.positions[v as usize].map(|x| outward * x / 3f32.sqrt());
-            let corners = |t: &TriangleDesc| CornerDesc { normals: t.vertices.map(corner) };
+            let corners = |t: &TriangleDesc| CornerDesc { normals: t.vertices.map(corner), ..CornerDesc::default() };
             let corners: Vec<CornerDesc> = maker.desc.triangles.iter().map(corners).collect();
             maker.desc.corners = corners;
             maker.cuboid([-4.0, -4.0, -4.0], [4.0, 4.0, 4.0], true, lamp);
@@ -196,7 +199,8 @@ fn flat_surfaces_need_no_table() {
     let mut maker = Maker::default();
     let wall = maker.diffuse([0.5; 3], [1.0; 3]);
     maker.quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]], wall);
-    maker.desc.corners = vec![CornerDesc { normals: [[0.0, 0.0, 1.0], [0.0, 1e-4, 1.0], [0.0; 3]] }; 2];
+    maker.desc.corners =
+        vec![CornerDesc { normals: [[0.0, 0.0, 1.0], [0.0, 1e-4, 1.0], [0.0; 3]], ..CornerDesc::default() }; 2];
     let scene = maker.seen([0.5, 0.5, 2.0], [0.5, 0.5, 0.0], 30.0);
     assert!(scene.corners.is_empty() && !scene.features.smooth_normals);
 }

@@ -61,6 +61,8 @@ pub struct WalkCounters {
     pub lanes_possible: u64,
 }
 
+/// Up to this many scattered rays are followed one after the other.
+const FEW: usize = 4;
 /// Rays by which it is found out whether packets stay together.
 const PROBE: usize = 64;
 /// The share of live lanes above which packets are faster than streams, to the closest hit and to any: where they were
@@ -135,7 +137,11 @@ impl Bvh {
         counters: &mut WalkCounters,
         walk: impl FnOnce(Walk, Range<usize>, &mut WalkCounters),
     ) -> (Walk, Range<usize>) {
-        let first_choice = self.first_choice(kind);
+        let first_choice = match self.first_choice(kind) {
+            // A stream of a few rays only costs its setting up: long paths of glass are followed one or two at a time.
+            Walk::Stream if range.len() <= FEW => Walk::Single,
+            choice => choice,
+        };
         if first_choice != Walk::Packet(0) || range.len() < 4 * PROBE {
             return (first_choice, range);
         }

@@ -2,6 +2,7 @@
 
 use super::environment::{map_pdf_dir, sample_map};
 use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
+use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::sampler::unit_x8;
@@ -61,10 +62,23 @@ fn choose_triangles(lights: &LightTable, word: U32x8) -> U32x8 {
     }
 }
 
+/// The radiance that lights (`columns`: their gathered records) emit at points of them.
+#[inline(always)]
+pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights: [F32x8; 3]) -> Vec3x8 {
+    let radiance = Vec3x8::new(columns[12], columns[13], columns[14]);
+    let Some(pictures) = &lights.pictures else { return radiance };
+    let at = light.to_array();
+    let corner = |i: usize| F32x8::from_array(at.map(|light| pictures.uvs[light as usize][i / 2][i % 2]));
+    let uv = interpolate(std::array::from_fn(corner), weights);
+    radiance * look_up(&pictures.textures, U32x8::gather(&pictures.texture, light), uv)
+}
+
 #[inline(always)]
 fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
-    let columns = gather_records(&lights.records, choose_triangles(lights, word));
-    let (position, offset) = point_and_offset(&vertices(&columns), sample_uniform_triangle(u), F32x8::ZERO);
+    let chosen = choose_triangles(lights, word);
+    let columns = gather_records(&lights.records, chosen);
+    let weights = sample_uniform_triangle(u);
+    let (position, offset) = point_and_offset(&vertices(&columns), weights, F32x8::ZERO);
     let mut light_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let to_light = position - points.position;
     let distance_squared = to_light.dot(to_light);
@@ -84,7 +98,7 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
         direction,
         valid: distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero),
         cosine,
-        radiance: Vec3x8::new(columns[12], columns[13], columns[14]),
+        radiance: emitted(lights, chosen, &columns, weights),
         pdf_dir,
         shadow_direction: (position + light_normal.scale(offset)) - points.origin,
         shadow_tmax: F32x8::ONE,

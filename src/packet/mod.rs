@@ -23,6 +23,7 @@ pub mod shade_surface;
 pub mod sort_hits;
 pub mod state;
 pub mod surface;
+pub mod texture;
 pub mod tile;
 pub mod trace;
 pub mod warp;

@@ -81,7 +81,7 @@ impl Plan {
         };
         let first = scene.classes.first().copied();
         let lit = !setup.lights.is_empty();
-        let detailed = scene.features.smooth_normals;
+        let detailed = !scene.corners.is_empty();
         let mut surfaces = if detailed { variants::<true>(strategy) } else { variants::<false>(strategy) }.to_vec();
         surfaces.retain(|(stage, _)| needs.surface(*stage));
         Plan {
@@ -137,6 +137,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (false, _) => String::new(),
         (true, _) => format!(", light sample ({})", selection_name(&setup.lights)),
     };
+    let textures = if setup.scene.features.textures { ", textures" } else { "" };
     let normals = if setup.scene.features.smooth_normals { ", smooth normals" } else { "" };
     let roulette = if setup.rr_depth == u32::MAX || setup.rr_depth > setup.max_depth { "" } else { ", roulette" };
     let ends = match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
@@ -158,11 +159,11 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (Stage::SortHits, true, "one queue a material kind".to_string()),
         (Stage::ShadeMiss, needs.misses, format!("{environment}, {weight}")),
         (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
-        (Stage::ShadeDiffuse, needs.diffuse, format!("{strategy}{lights}{normals}{roulette}")),
+        (Stage::ShadeDiffuse, needs.diffuse, format!("{strategy}{textures}{lights}{normals}{roulette}")),
         (Stage::ShadeMirror, needs.mirror, format!("{strategy}{normals}{roulette}")),
         (Stage::ShadeConductor, needs.conductor, format!("{strategy}, GGX{lights}{normals}{roulette}")),
         (Stage::ShadeDielectric, needs.dielectric, format!("{strategy}, smooth{normals}{roulette}")),
-        (Stage::ShadePlastic, needs.plastic, format!("{strategy}, GGX coat{lights}{normals}{roulette}")),
+        (Stage::ShadePlastic, needs.plastic, format!("{strategy}{textures}, GGX coat{lights}{normals}{roulette}")),
         (Stage::IntersectShadow, needs.shadow, ends.to_string()),
         (Stage::AddToFilm, true, "sums and squares, f64".to_string()),
     ];
@@ -192,7 +193,7 @@ fn left_out(setup: &Setup) -> Vec<LeftOut> {
     let strategy = format!("{} draws no light samples", setup.strategy);
     let nothing = "no surface scatters".to_string();
     unless(scene.environment.is_some(), "environment", "the scene names none".into());
-    unless(false, "textures", "no material has one".into());
+    unless(scene.features.textures, "textures", "no material has one".into());
     unless(scene.features.mirror, "mirror", "no triangle is a mirror".into());
     unless(scene.features.conductor, "conductor", "no triangle is a rough metal".into());
     unless(scene.features.dielectric, "dielectric", "no triangle is glass".into());

@@ -1,5 +1,6 @@
 //! Stage: rays that hit an emitter find its emission, weighed by what light sampling would have found.
 
+use super::light::emitted;
 use super::mis;
 use super::plan::Plan;
 use super::state::{COUNTS_ONE, COUNTS_ZERO, SLOT, TileState};
@@ -20,7 +21,8 @@ pub fn shade_emitter(setup: &Setup, plan: &Plan, state: &mut TileState) {
             gather_records(&setup.scene.triangles, active.select_u32(U32x8::gather(&hits.triangle, row), U32x8::ZERO));
         let light = active.select_u32(triangle[13].to_bits(), U32x8::ZERO);
         let normal = Vec3x8::new(triangle[9], triangle[10], triangle[11]);
-        let light = gather_records(&setup.lights.records, light);
+        let index = light;
+        let light = gather_records(&setup.lights.records, index);
         let (mut light_cosine, mut pdf_area) = (-normal.dot(direction), light[15]);
         let mut shines = light_cosine.gt(F32x8::ZERO);
         if setup.lights.two_sided {
@@ -37,7 +39,8 @@ pub fn shade_emitter(setup: &Setup, plan: &Plan, state: &mut TileState) {
         } else {
             emission_weight(setup.strategy, slot, F32x8::ONE, F32x8::ONE)
         };
-        let radiance = Vec3x8::new(light[12], light[13], light[14]);
+        let (u, v) = (gather(&hits.u), gather(&hits.v));
+        let radiance = emitted(&setup.lights, index, &light, [F32x8::ONE - u - v, u, v]);
         let gain = (paths.beta.gather(row) * radiance).scale(weight);
         slots.add(slot & U32x8::splat(SLOT), gain, (active & shines).bits());
     }

@@ -6,6 +6,7 @@ use super::plan::Plan;
 use super::shade_common::{Bounce, add_light_samples, bsdf_words, draw_light, go_on, load_facing_hits};
 use super::state::{COUNTS_ONE, COUNTS_ZERO, PathQueue, ShadowQueue, Slots, SurfaceQueue, TileState};
 use super::surface::gather_records;
+use super::texture::look_up;
 use super::warp::{sample_uniform_hemisphere, to_local, to_world};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::math::INV_2PI;
@@ -48,7 +49,11 @@ fn shade_glossy<G: Glossy, const STRATEGY: u8, const DETAIL: bool>(
     let last = event + 1 == setup.max_depth;
     for first in (0..queue.len).step_by(LANES) {
         let hits = load_facing_hits::<DETAIL>(setup, queue, slots, first);
-        let material = MaterialColumns::new(&gather_records(&setup.scene.materials, hits.points.material));
+        let columns = gather_records(&setup.scene.materials, hits.points.material);
+        let mut material = MaterialColumns::new(&columns);
+        if DETAIL && setup.scene.features.textures {
+            material.color = material.color * look_up(&setup.scene.textures, columns[14].to_bits(), hits.points.uv);
+        }
         let normal = hits.points.normal;
         let wo = to_local(-hits.direction, normal);
         let mut light_chosen = Mask8::NONE;

@@ -4,6 +4,7 @@
 use super::plan::Plan;
 use super::shade_common::{Bounce, add_light_samples, bsdf_words, draw_light, go_on, load_facing_hits, load_hits};
 use super::state::{COUNTS_ONE, COUNTS_ZERO, TileState};
+use super::texture::look_up;
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_hemisphere, to_world};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::math::INV_2PI;
@@ -32,7 +33,12 @@ pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool>(
     let last = event + 1 == setup.max_depth;
     for first in (0..diffuse.len).step_by(LANES) {
         let hits = load_hits::<DETAIL>(setup, diffuse, slots, first);
-        let color = colors(&setup.scene.materials, hits.points.material);
+        let mut color = colors(&setup.scene.materials, hits.points.material);
+        if DETAIL && setup.scene.features.textures {
+            let material = hits.points.material.to_array();
+            let texture = U32x8::from_array(material.map(|m| setup.scene.materials[m as usize].texture));
+            color = color * look_up(&setup.scene.textures, texture, hits.points.uv);
+        }
         let mut light_chosen = Mask8::NONE;
         if strategy.samples_lights() && plan.needs.shadow {
             let direct = draw_light::<DETAIL>(setup, strategy, &hits, event);

@@ -1,6 +1,7 @@
 //! The points that eight rays have hit: position, normals on the sides the rays came from, and safe places for the next
 //! rays to start. What smooth surfaces need is compiled in by `DETAIL`: scenes without them do not pay for it.
 
+use super::texture::interpolate;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::scene::corners::{CornerRecord, FLAT, LIFTED};
 use crate::scene::prepare::TriangleRecord;
@@ -43,6 +44,8 @@ pub struct SurfacePoints {
     pub true_normal: Vec3x8,
     /// Unit normals to shade with, less than 90 degrees from the true ones.
     pub normal: Vec3x8,
+    /// Texture coordinates, where `DETAIL` says there can be textures.
+    pub uv: [F32x8; 2],
     /// The rays hit fronts.
     pub front: Mask8,
     /// Where rays that leave on the sides of the true normals start.
@@ -73,9 +76,19 @@ pub fn surface_points<const DETAIL: bool>(
     let away = normal.scale(offset);
     let (origin, origin_behind) = (position + away, position - away);
     let material = columns[12].to_bits();
-    let mut points = SurfacePoints { position, true_normal: normal, normal, front, origin, origin_behind, material };
+    let mut points = SurfacePoints {
+        position,
+        true_normal: normal,
+        normal,
+        uv: [F32x8::ZERO; 2],
+        front,
+        origin,
+        origin_behind,
+        material,
+    };
     if DETAIL {
         let corners = gather_records(corners, triangle);
+        points.uv = interpolate(std::array::from_fn(|i| corners[9 + i]), weights);
         points.smooth(&corners, &vertices, weights, away);
     }
     points

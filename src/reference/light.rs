@@ -2,10 +2,12 @@
 
 use super::environment::{map_pdf_dir, sample_map, texel_index};
 use super::surface::{SurfacePoint, point_and_offset};
+use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use super::{Real, Vec3, vec3};
 use crate::sampler::unit;
-use crate::scene::lights::{EnvironmentLight, LightRecord, LightTable};
+use crate::scene::lights::{EnvironmentLight, LightPictures, LightRecord, LightTable};
+use crate::scene::textures::NO_TEXTURE;
 
 /// A light sample as seen from a surface point.
 pub struct LightSample {
@@ -32,8 +34,10 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
     if environment {
         return sample_environment(lights, point, [word, words[3] << 1], u);
     }
-    let light = &lights.records[lights.choose_triangle(word) as usize];
-    let (position, offset) = point_and_offset(&light.vertices, sample_uniform_triangle(u), 0.0);
+    let chosen = lights.choose_triangle(word);
+    let light = &lights.records[chosen as usize];
+    let weights = sample_uniform_triangle(u);
+    let (position, offset) = point_and_offset(&light.vertices, weights, 0.0);
     let to_light = position - point.position;
     let distance_squared = to_light.dot(to_light);
     if !(distance_squared > 0.0) {
@@ -54,7 +58,7 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
         return None;
     }
     let shadow_direction = (position + light_normal * offset) - point.origin;
-    let radiance = vec3(light.radiance);
+    let radiance = emitted(lights, chosen, weights);
     Some(LightSample { direction, cosine, radiance, pdf_dir, shadow_direction, shadow_tmax: 1.0 })
 }
 
@@ -83,6 +87,17 @@ fn sample_environment(lights: &LightTable, point: &SurfacePoint, words: [u32; 2]
         shadow_direction: direction,
         shadow_tmax: Real::INFINITY,
     })
+}
+
+/// The radiance that `light` emits at a point of it.
+pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
+    let radiance = vec3(lights.records[light as usize].radiance);
+    match &lights.pictures {
+        Some(LightPictures { textures, texture, uvs }) if texture[light as usize] != NO_TEXTURE => {
+            radiance * look_up(textures, texture[light as usize], interpolate(&uvs[light as usize], weights))
+        }
+        _ => radiance,
+    }
 }
 
 /// Density per steradian with which [`sample_light`] would have drawn the point a BSDF ray hit: at distance `t`, on a

@@ -2,14 +2,17 @@
 
 use super::bsdf::BsdfSample;
 use super::intersect::{Ray, intersect, occluded, stack};
-use super::light::{LightSample, environment_in_direction, light_pdf_dir, sample_light};
+use super::light::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::surface::{SurfacePoint, surface_point};
+use super::texture::look_up;
 use super::warp::sample_uniform_disk;
 use super::{Real, Vec3, bsdf, intersect, mis, vec3};
 use crate::bvh::ray::NO_HIT;
 use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
+use crate::scene::PreparedScene;
 use crate::scene::desc::PixelFilter;
-use crate::scene::material::MaterialKind;
+use crate::scene::material::{MaterialKind, MaterialRecord};
+use crate::scene::textures::NO_TEXTURE;
 use crate::settings::{DEPTH_GUARD, Strategy};
 use crate::setup::Setup;
 use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, RAY, TraceVertex};
@@ -88,7 +91,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         if let Some(light) = light.filter(|light| point.front || light.two_sided()) {
             let light_cosine = -point.true_normal.dot(ray.direction);
             let weight = emission_weight(setup, previous, light_pdf_dir(light, hit.t, light_cosine));
-            let gain = step.beta * vec3(light.radiance) * weight;
+            let radiance = emitted(&setup.lights, triangle.light, [1.0 - hit.u - hit.v, hit.u, hit.v]);
+            let gain = step.beta * radiance * weight;
             step.radiance += gain;
             step.note(Event { direction: ray.direction, gain, weight, ..here("emission") });
         }
@@ -99,6 +103,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         if kind == MaterialKind::Black || step.depth == setup.max_depth {
             break;
         }
+        let textured = textured(scene, material, point.uv);
+        let material = textured.as_ref().unwrap_or(material);
         if kind != MaterialKind::Diffuse {
             point.face(-ray.direction);
         }
@@ -113,8 +119,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             light_chosen = unit(words[3]) < 0.5;
             let draws = setup.strategy != Strategy::MisOneSample || light_chosen;
             let above = |light: &LightSample| light.direction.dot(point.true_normal) > 0.0;
-            let drawn = draws.then(|| sample_light(&setup.lights, &point, words)).flatten();
-            if let Some(light) = drawn.filter(above) {
+            let light = draws.then(|| sample_light(&setup.lights, &point, words)).flatten();
+            if let Some(light) = light.filter(above) {
                 let scattered = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
                 result.shadow_rays += direct_light(setup, &point, &light, scattered, &mut step) as u32;
             }
@@ -163,6 +169,16 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
     }
     result.radiance = step.radiance;
     result
+}
+
+/// The material with its texture at `uv` in its colour; `None` if it has no texture.
+fn textured(scene: &PreparedScene, material: &MaterialRecord, uv: [Real; 2]) -> Option<MaterialRecord> {
+    (material.texture != NO_TEXTURE).then(|| {
+        let color = vec3(material.color) * look_up(&scene.textures, material.texture, uv);
+        let mut textured = *material;
+        textured.color = [color.x as f32, color.y as f32, color.z as f32];
+        textured
+    })
 }
 
 /// Adds the contribution of a light sample if nothing blocks it; whether a shadow ray was traced. `scattered`: BSDF times

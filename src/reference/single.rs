@@ -33,5 +33,7 @@ pub mod mis;
 pub mod path;
 #[path = "surface.rs"]
 pub mod surface;
+#[path = "texture.rs"]
+pub mod texture;
 #[path = "warp.rs"]
 pub mod warp;

@@ -1,5 +1,6 @@
 //! The point a ray has hit: position, normals on the side the ray came from, and safe places for the next ray to start.
 
+use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
 use crate::scene::corners::{CornerRecord, FLAT, LIFTED};
 use crate::scene::prepare::TriangleRecord;
@@ -30,6 +31,8 @@ pub struct SurfacePoint {
     pub true_normal: Vec3,
     /// Unit normal to shade with, less than 90 degrees from the true one.
     pub normal: Vec3,
+    /// Texture coordinates.
+    pub uv: [Real; 2],
     /// The ray hit the front.
     pub front: bool,
     /// Where rays that leave on the side of the true normal start.
@@ -38,7 +41,7 @@ pub struct SurfacePoint {
     pub origin_behind: Vec3,
 }
 
-/// The point with weights (1-u-v, u, v), on `triangle`, kept off its edges, hit by a ray in direction `direction`.
+/// The point with weights (1-u-v, u, v) on `triangle`, kept off its edges, hit by a ray in direction `direction`.
 pub fn surface_point(
     triangle: &TriangleRecord,
     corners: Option<&CornerRecord>,
@@ -56,6 +59,7 @@ pub fn surface_point(
         position,
         true_normal: normal,
         normal,
+        uv: corners.map_or([0.0; 2], |corners| interpolate(&corners.uvs, weights)),
         front,
         origin: position + away,
         origin_behind: position - away,

@@ -91,6 +91,7 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
         render: RenderDesc { spp: Some(16), ..RenderDesc::default() },
         positions: mesh.positions,
         corners: Vec::new(),
+        textures: Vec::new(),
         triangles: mesh.triangles,
         materials,
         environment: Some(EnvironmentDesc::Constant { radiance: [3.0, 3.8, 5.0] }),

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::desc::{CornerDesc, SceneDesc};
+use super::desc::{CornerDesc, SceneDesc, TextureUse};
 use super::prepare::TriangleRecord;
 
 /// Not part of a smooth surface: shaded with the true normal.
@@ -19,8 +19,8 @@ pub const LIFTED: u32 = 2;
 pub struct CornerRecord {
     /// Unit normals of the smooth surface, towards the front.
     pub normals: [[f32; 3]; 3],
-    /// Makes the record 64 bytes.
-    pub spare: [u32; 6],
+    /// Texture coordinates, with the scale and offset of the material's texture in them.
+    pub uvs: [[f32; 2]; 3],
     /// [`FLAT`], [`SMOOTH`] or [`LIFTED`].
     pub smoothness: u32,
 }
@@ -34,13 +34,21 @@ const FLAT_SINE: f32 = 2e-4;
 /// behind a neighbouring wall.
 const LIFT_COSINE: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
-/// The table of a scene; empty if no triangle needs it.
+/// The table of a scene; empty if no triangle is smooth or textured.
 pub fn corner_table(desc: &SceneDesc, triangles: &[TriangleRecord]) -> Vec<CornerRecord> {
-    let records: Vec<CornerRecord> = desc.corners.iter().zip(triangles).map(|(c, t)| record(c, t)).collect();
-    if records.iter().all(|record| record.smoothness == FLAT) { Vec::new() } else { records }
+    let texture = |id: usize| desc.materials[desc.triangles[id].material as usize].texture;
+    let mut needed = desc.corners.is_empty() && desc.materials.iter().any(|m| m.texture.is_some());
+    let make = |id: usize| {
+        let corner = desc.corners.get(id).copied().unwrap_or_default();
+        let record = record(&corner, &triangles[id], texture(id));
+        needed |= record.smoothness != FLAT || texture(id).is_some();
+        record
+    };
+    let records: Vec<CornerRecord> = (0..triangles.len()).map(make).collect();
+    if needed { records } else { Vec::new() }
 }
 
-fn record(corner: &CornerDesc, triangle: &TriangleRecord) -> CornerRecord {
+fn record(corner: &CornerDesc, triangle: &TriangleRecord, texture: Option<TextureUse>) -> CornerRecord {
     let front = Vec3::from(triangle.normal);
     let normals = corner.normals.map(|n| if n == [0.0; 3] { front } else { Vec3::from(n) });
     let smoothness = match () {
@@ -48,5 +56,11 @@ fn record(corner: &CornerDesc, triangle: &TriangleRecord) -> CornerRecord {
         _ if normals.iter().all(|n| n.dot(front) > LIFT_COSINE) => LIFTED,
         _ => SMOOTH,
     };
-    CornerRecord { normals: normals.map(|n| n.to_array()), spare: [0; 6], smoothness }
+    CornerRecord { normals: normals.map(|n| n.to_array()), uvs: placed(corner.uvs, texture), smoothness }
+}
+
+/// Texture coordinates under a texture's scale and offset.
+pub fn placed(uvs: [[f32; 2]; 3], texture: Option<TextureUse>) -> [[f32; 2]; 3] {
+    let Some(TextureUse { scale, offset, .. }) = texture else { return uvs };
+    uvs.map(|uv| std::array::from_fn(|i| (f64::from(uv[i]) * scale[i] + offset[i]) as f32))
 }

@@ -22,6 +22,8 @@ pub struct SceneDesc {
     pub triangles: Vec<TriangleDesc>,
     /// What the triangles' corners carry besides positions: empty, or one entry a triangle.
     pub corners: Vec<CornerDesc>,
+    /// Pictures, indexed by [`TextureUse::texture`].
+    pub textures: Vec<TextureDesc>,
     /// Materials, indexed by [`TriangleDesc::material`].
     pub materials: Vec<MaterialDesc>,
     /// What surrounds the scene, if anything does.
@@ -47,6 +49,32 @@ pub struct TriangleDesc {
 pub struct CornerDesc {
     /// Unit normals of the smooth surface, world space, towards the front; zero: this corner has none.
     pub normals: [[f32; 3]; 3],
+    /// Texture coordinates (u, v), v up; finite.
+    pub uvs: [[f32; 2]; 3],
+}
+
+/// A picture: sRGB, 8 bits a channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureDesc {
+    /// Its file, for messages.
+    pub name: String,
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// Red, green and blue, row by row from the top.
+    pub texels: Vec<[u8; 3]>,
+}
+
+/// A picture on a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureUse {
+    /// Index into [`SceneDesc::textures`].
+    pub texture: u32,
+    /// Factors on the texture coordinates, ..
+    pub scale: [f64; 2],
+    /// .. before these are added.
+    pub offset: [f64; 2],
 }
 
 /// A material: how it scatters, what it emits.
@@ -60,13 +88,24 @@ pub struct MaterialDesc {
     pub emission: [f64; 3],
     /// The back emits as the front does.
     pub two_sided: bool,
+    /// Multiplies the albedo of diffuse and plastic.
+    pub texture: Option<TextureUse>,
+    /// Multiplies the emission.
+    pub emission_texture: Option<TextureUse>,
 }
 
 impl Default for MaterialDesc {
     /// Nameless, black, dark.
     fn default() -> Self {
         let scattering = Scattering::Diffuse { albedo: [0.0; 3] };
-        MaterialDesc { name: String::new(), scattering, emission: [0.0; 3], two_sided: false }
+        MaterialDesc {
+            name: String::new(),
+            scattering,
+            emission: [0.0; 3],
+            two_sided: false,
+            texture: None,
+            emission_texture: None,
+        }
     }
 }
 

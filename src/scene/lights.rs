@@ -3,10 +3,13 @@
 //! A light sample first decides between the environment and the triangles (with probability 1/2 each where a scene has
 //! both), then chooses a triangle, then a point on it uniformly by area. Choosing uses all 32 bits of one random word.
 
+use std::sync::Arc;
+
 use bytemuck::{Pod, Zeroable};
 
 use super::environment::{Distribution, Environment, EnvironmentMap};
 use super::prepare::{Emitter, PreparedScene, TriangleRecord};
+use super::textures::{NO_TEXTURE, TextureTable};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 
@@ -36,6 +39,16 @@ impl LightRecord {
     pub fn two_sided(&self) -> bool {
         self.signed_pdf_area.is_sign_negative()
     }
+}
+
+/// What multiplies the radiance of lights.
+pub struct LightPictures {
+    /// All textures of the scene.
+    pub textures: Arc<TextureTable>,
+    /// Per light, its texture ([`super::textures::NO_TEXTURE`]: none).
+    pub texture: Vec<u32>,
+    /// Per light, its texture coordinates: u and v of each vertex.
+    pub uvs: Vec<[[f32; 2]; 3]>,
 }
 
 /// One column of the alias table (Walker 1977, built as Vose 1991 does).
@@ -73,6 +86,8 @@ pub enum EnvironmentLight<'a> {
 pub struct LightTable<'a> {
     /// Per emitter of the scene, its record.
     pub records: Vec<LightRecord>,
+    /// Pictures on lights, if any light has one.
+    pub pictures: Option<LightPictures>,
     /// Whether any of them emits on both sides.
     pub two_sided: bool,
     /// How a triangle is chosen.
@@ -94,7 +109,7 @@ impl<'a> LightTable<'a> {
         };
         let weights: Vec<f64> = match lights {
             Lights::Uniform => vec![1.0; count],
-            Lights::Power => scene.emitters.iter().map(power).collect(),
+            Lights::Power => scene.emitters.iter().map(|emitter| power(scene, emitter)).collect(),
         };
         let total: f64 = weights.iter().sum();
         let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
@@ -119,6 +134,7 @@ impl<'a> LightTable<'a> {
         });
         LightTable {
             records: records.collect(),
+            pictures: pictures(scene),
             two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
             selection,
             environment,
@@ -167,10 +183,20 @@ impl<'a> LightTable<'a> {
     }
 }
 
-/// What an emitter sends out, up to a constant factor.
-fn power(emitter: &Emitter) -> f64 {
+fn pictures(scene: &PreparedScene) -> Option<LightPictures> {
+    let emitters = &scene.emitters;
+    emitters.iter().any(|emitter| emitter.texture.is_some()).then(|| LightPictures {
+        textures: scene.textures.clone(),
+        texture: emitters.iter().map(|e| e.texture.map_or(NO_TEXTURE, |(texture, _)| texture)).collect(),
+        uvs: emitters.iter().map(|e| e.texture.map_or([[0.0; 2]; 3], |(_, uvs)| uvs)).collect(),
+    })
+}
+
+/// What an emitter sends out, up to a constant factor: of a picture, its mean (never quite 0, so that a total exists).
+fn power(scene: &PreparedScene, emitter: &Emitter) -> f64 {
     let sides = if emitter.two_sided { 2.0 } else { 1.0 };
-    sides * emitter.area * emitter.radiance.iter().map(|&c| c as f64).sum::<f64>()
+    let mean = emitter.texture.map_or(1.0, |(texture, _)| scene.textures.mean(texture).max(1e-6));
+    mean * sides * emitter.area * emitter.radiance.iter().map(|&c| c as f64).sum::<f64>()
 }
 
 /// The vertices of an emissive triangle as shadow rays aim at them.

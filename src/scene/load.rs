@@ -4,12 +4,14 @@ use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::scene::builtin;
 use crate::scene::desc::{
-    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, SceneDesc, TriangleDesc,
+    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc, TextureUse,
+    TriangleDesc,
 };
-use crate::scene::mtl::{MtlKind, MtlMaterial};
+use crate::scene::mtl::{GREY, MtlKind, MtlMaterial, TextureRef};
 use crate::scene::nearest::nearest;
 use crate::scene::obj::{ObjMaterial, ObjMesh, ObjTriangle, load_obj};
 use crate::scene::parse::{self, EnvironmentEntry, Kind, MaterialEntry, SceneFile};
+use crate::scene::textures::read_texture;
 use crate::scene::transform::Transform;
 use crate::scene::validate::{self, is_degenerate};
 use std::path::Path;
@@ -158,9 +160,11 @@ impl<'a> Assembly<'a> {
     /// mesh of the scene has something.
     fn add_corners(&mut self, mesh: &ObjMesh, transform: &Transform) {
         let before = self.scene.triangles.len();
-        if mesh.triangles.iter().any(|t| t.normals != [[0.0; 3]; 3]) {
+        let carries = |t: &ObjTriangle| t.normals != [[0.0; 3]; 3] || t.uvs != [[0.0; 2]; 3];
+        if mesh.triangles.iter().any(carries) {
             self.scene.corners.resize(before, CornerDesc::default());
-            let corner = |t: &ObjTriangle| CornerDesc { normals: t.normals.map(|n| transform.apply_to_normal(n)) };
+            let normals = |t: &ObjTriangle| t.normals.map(|n| transform.apply_to_normal(n));
+            let corner = |t: &ObjTriangle| CornerDesc { normals: normals(t), uvs: t.uvs };
             self.scene.corners.extend(mesh.triangles.iter().map(corner));
         } else if !self.scene.corners.is_empty() {
             self.scene.corners.resize(before + mesh.triangles.len(), CornerDesc::default());
@@ -179,12 +183,80 @@ impl<'a> Assembly<'a> {
             if !defined && entry.is_none() {
                 notes.undefined.push(material.name.clone());
             }
-            self.scene.materials.push(resolve(self.path, material, entry, &mut notes)?);
+            let mut resolved = resolve(self.path, material, entry)?;
+            self.add_textures(&mut resolved, material, entry)?;
+            self.scene.materials.push(resolved);
         }
         self.warn_of_unused(entries);
         notes.finish(&mut self.scene.warnings);
         self.warn_of_degenerate();
         Ok(self.scene)
+    }
+
+    /// Loads the pictures of a material. One that the TOML names must be there; where one that an MTL names is not, its
+    /// colour stays.
+    fn add_textures(
+        &mut self,
+        resolved: &mut MaterialDesc,
+        material: &MtlMaterial,
+        entry: Option<&MaterialEntry>,
+    ) -> Result<()> {
+        let name = &resolved.name;
+        let textured = match &mut resolved.scattering {
+            Scattering::Diffuse { albedo } | Scattering::Plastic { albedo, .. } => Some(albedo),
+            _ => None,
+        };
+        if let Some((file, line)) = entry.and_then(|e| e.texture.as_ref()) {
+            let fault = |why: String| Error::parse(self.path, Some(*line), format!("[material.{name}]: {why}"));
+            let Some(albedo) = textured else {
+                return Err(fault("only diffuse and plastic have a `texture`: add a `kind`".into()));
+            };
+            let path = self.path.with_file_name("").join(file);
+            let texture = self.texture(&path).map_err(|why| fault(format!("texture `{file}`: {why}")))?;
+            // The picture alone, unless the entry itself says by what to multiply it.
+            *albedo = entry.and_then(|e| e.albedo).unwrap_or([1.0; 3]);
+            resolved.texture = Some(TextureUse { texture, scale: [1.0; 2], offset: [0.0; 2] });
+        } else if let (Some(reference), Some(albedo), None) =
+            (&material.texture, textured, entry.and_then(|e| e.albedo))
+        {
+            resolved.texture = self.mtl_texture(name, reference);
+            if resolved.texture.is_none() && reference.alone {
+                *albedo = GREY;
+            }
+        }
+        if let (Some(reference), None) = (&material.emission_texture, entry.and_then(|e| e.emission)) {
+            resolved.emission_texture = self.mtl_texture(name, reference);
+            if resolved.emission_texture.is_none() && reference.alone {
+                resolved.emission = [0.0; 3];
+            }
+        }
+        Ok(())
+    }
+
+    /// The picture that an MTL names; a warning if it cannot be read.
+    fn mtl_texture(&mut self, material: &str, reference: &TextureRef) -> Option<TextureUse> {
+        let TextureRef { path, scale, offset, .. } = reference;
+        match self.texture(path) {
+            Ok(texture) => Some(TextureUse { texture, scale: *scale, offset: *offset }),
+            Err(why) => {
+                let file = path.display();
+                let warning =
+                    format!("{file}: cannot read the texture of material `{material}` ({why}): its colour instead");
+                self.scene.warnings.push(warning);
+                None
+            }
+        }
+    }
+
+    /// The number of the picture in `path`, read once.
+    fn texture(&mut self, path: &Path) -> std::result::Result<u32, String> {
+        let name = path.display().to_string();
+        let textures = &mut self.scene.textures;
+        if let Some(place) = textures.iter().position(|texture| texture.name == name) {
+            return Ok(place as u32);
+        }
+        textures.push(read_texture(path)?);
+        Ok(textures.len() as u32 - 1)
     }
 
     /// The materials that triangles have, renumbered.
@@ -224,16 +296,12 @@ impl<'a> Assembly<'a> {
 #[derive(Default)]
 struct Notes {
     undefined: Vec<String>,
-    textured: usize,
 }
 
 impl Notes {
     fn finish(self, warnings: &mut Vec<String>) {
         if !self.undefined.is_empty() {
             warnings.push(format!("no MTL defines {}: grey (albedo 0.5) instead", list(&self.undefined)));
-        }
-        if self.textured > 0 {
-            warnings.push(format!("textures come later: {} textured material(s) use Kd", self.textured));
         }
     }
 }
@@ -248,12 +316,7 @@ fn list(names: &[String]) -> String {
 }
 
 /// An MTL material with a TOML entry's keys put over it.
-fn resolve(
-    scene: &Path,
-    material: &MtlMaterial,
-    entry: Option<&MaterialEntry>,
-    notes: &mut Notes,
-) -> Result<MaterialDesc> {
+fn resolve(scene: &Path, material: &MtlMaterial, entry: Option<&MaterialEntry>) -> Result<MaterialDesc> {
     let kind = entry.and_then(|e| e.kind).unwrap_or(match material.kind {
         MtlKind::Diffuse => Kind::Diffuse,
         MtlKind::Mirror => Kind::Mirror,
@@ -277,15 +340,13 @@ fn resolve(
             return fault(entry.line, format!("its MTL makes it no kind that has `{key}`: add a `kind`"));
         }
     }
-    if material.textured && entry.is_none_or(|e| e.albedo.is_none()) && kind.has("albedo") {
-        notes.textured += 1;
-    }
     let scattering = entry.unwrap_or(&MaterialEntry::default()).over(kind, material);
     if let (Some(entry), Some(message)) = (entry, validate::scattering_fault(&scattering)) {
         return fault(entry.line, message);
     }
     let emission = entry.and_then(|e| e.emission).unwrap_or(material.emission);
-    Ok(MaterialDesc { name, scattering, emission, two_sided: entry.is_some_and(|e| e.two_sided) })
+    let two_sided = entry.is_some_and(|e| e.two_sided);
+    Ok(MaterialDesc { name, scattering, emission, two_sided, texture: None, emission_texture: None })
 }
 
 /// Gives the scene a camera from +z along -z that has the whole box in view, and says so.

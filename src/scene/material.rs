@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::desc::{MaterialDesc, Scattering};
 use super::plastic_energy;
+use super::textures::NO_TEXTURE;
 
 /// How a material scatters; the order in which materials are sorted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -70,14 +71,16 @@ pub struct MaterialRecord {
     complex_ior: u32,
     /// The [`MaterialKind`].
     kind: u32,
-    spare: [u32; 2],
+    /// What multiplies `color`: index of a texture, or [`NO_TEXTURE`].
+    pub texture: u32,
+    spare: u32,
 }
 
 impl MaterialRecord {
     /// The record of a description (already validated).
     pub fn new(desc: &MaterialDesc) -> MaterialRecord {
         let f32s = |v: [f64; 3]| v.map(|c| c as f32);
-        let mut record = MaterialRecord { ior: 1.5, alpha: 1.0, ..MaterialRecord::zeroed() };
+        let mut record = MaterialRecord { ior: 1.5, alpha: 1.0, texture: NO_TEXTURE, ..MaterialRecord::zeroed() };
         let kind = match desc.scattering {
             Scattering::Diffuse { albedo } => {
                 record.color = f32s(albedo);
@@ -112,6 +115,9 @@ impl MaterialRecord {
                 MaterialKind::Plastic
             }
         };
+        if let (MaterialKind::Diffuse | MaterialKind::Plastic, Some(used)) = (kind, desc.texture) {
+            record.texture = used.texture;
+        }
         let black = matches!(kind, MaterialKind::Diffuse | MaterialKind::Mirror) && record.color == [0.0; 3];
         record.kind = if black { MaterialKind::Black } else { kind } as u32;
         record

@@ -23,6 +23,7 @@ mod plastic_energy;
 pub mod prepare;
 pub mod reach;
 pub mod sight;
+pub mod textures;
 pub mod toml_reader;
 pub mod transform;
 pub mod triangulate;

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::scene::obj_text::{logical_lines, split_keyword, values};
 use crate::scene::validate::{IOR_RANGE, LEAST_COAT_IOR};
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Albedo of what has no material at all.
 pub const GREY: [f64; 3] = [0.5; 3];
@@ -45,8 +45,23 @@ pub struct MtlMaterial {
     pub ior: f64,
     /// Ke.
     pub emission: [f64; 3],
-    /// It names a map_Kd or map_Ke.
-    pub textured: bool,
+    /// map_Kd.
+    pub texture: Option<TextureRef>,
+    /// map_Ke.
+    pub emission_texture: Option<TextureRef>,
+}
+
+/// A picture that an MTL names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureRef {
+    /// The file.
+    pub path: PathBuf,
+    /// Option -s: factors on the coordinates.
+    pub scale: [f64; 2],
+    /// Option -o: added to them.
+    pub offset: [f64; 2],
+    /// The colour beside it is black or missing: without the picture there is none.
+    pub alone: bool,
 }
 
 impl MtlMaterial {
@@ -60,7 +75,8 @@ impl MtlMaterial {
             alpha: 1.0,
             ior: DEFAULT_IOR,
             emission: [0.0; 3],
-            textured: false,
+            texture: None,
+            emission_texture: None,
         }
     }
 }
@@ -70,6 +86,12 @@ pub fn parse_mtl(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Resul
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{feff}');
     let clean = clean_mtl(path, text)?;
+    let cut_out = logical_lines(text).filter(|(_, line)| split_keyword(line).0 == "map_d").count();
+    if cut_out > 0 {
+        let file = path.display();
+        warnings
+            .push(format!("{file}: {cut_out} map_d line(s): cut-outs are not supported yet; these surfaces are whole"));
+    }
     let (materials, _) = tobj::load_mtl_buf(&mut clean.as_bytes())
         .map_err(|e| Error::parse(path, None, format!("not an MTL file: {e}")))?;
     Ok(materials.iter().map(|material| convert(path, material, warnings)).collect())
@@ -128,6 +150,49 @@ fn colour(keyword: &str, rest: &str) -> std::result::Result<[f32; 3], String> {
     }
 }
 
+/// The file that stands behind the options of a `map_` line, and what those say.
+fn texture_ref(mtl: &Path, material: &str, text: &str, warnings: &mut Vec<String>) -> Option<TextureRef> {
+    let (mut scale, mut offset) = ([1.0; 2], [0.0; 2]);
+    let mut ignored = Vec::new();
+    let mut rest = text.trim();
+    while rest.starts_with('-') {
+        let (option, mut behind) = split_keyword(rest);
+        let (fewest, most) = match option {
+            "-s" | "-o" | "-t" => (1, 3),
+            "-mm" => (2, 2),
+            "-bm" | "-boost" | "-texres" | "-blendu" | "-blendv" | "-cc" | "-clamp" | "-imfchan" | "-type" => (1, 1),
+            _ => break, // a file name with a dash in front
+        };
+        let mut numbers = Vec::new();
+        for place in 0..most {
+            let (word, next) = split_keyword(behind);
+            let number = word.parse::<f64>().ok().filter(|x| x.abs() < 1e6);
+            if place >= fewest && number.is_none() {
+                break;
+            }
+            numbers.push(number);
+            behind = next;
+        }
+        match option {
+            "-s" | "-o" => {
+                let target = if option == "-s" { &mut scale } else { &mut offset };
+                numbers.iter().zip(target).for_each(|(number, slot)| *slot = number.unwrap_or(*slot));
+            }
+            _ => ignored.push(option),
+        }
+        rest = behind;
+    }
+    if !ignored.is_empty() {
+        let (file, options) = (mtl.display(), ignored.join(" "));
+        warnings.push(format!("{file}: material `{material}`: texture options {options} have no effect"));
+    }
+    // Exporters on Windows write backslashes.
+    let file = mtl.with_file_name("");
+    let as_written = file.join(rest);
+    let path = if as_written.exists() { as_written } else { file.join(rest.replace('\\', "/")) };
+    (!rest.is_empty()).then_some(TextureRef { path, scale, offset, alone: false })
+}
+
 fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -> MtlMaterial {
     let name = &material.name;
     let mut bounded = |keyword: &str, value: Option<[f32; 3]>, largest: f64| {
@@ -138,11 +203,20 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
         }
         value.map(|v| v.map(|x| f64::from(x).clamp(0.0, largest)))
     };
-    let diffuse = bounded("Kd", material.diffuse, 1.0);
+    let mut diffuse = bounded("Kd", material.diffuse, 1.0);
     let specular = bounded("Ks", material.specular, 1.0);
-    let emission = bounded("Ke", material.emissive, f64::MAX);
+    let mut emission = bounded("Ke", material.emissive, f64::MAX);
     let extra = |key: &str| material.unknown_param.get(key).and_then(|text| text.parse::<f64>().ok());
     let shines = |colour: Option<[f64; 3]>| colour.is_some_and(|c| c != [0.0; 3]);
+    let mut reference = |text: Option<&String>| text.and_then(|text| texture_ref(path, name, text, warnings));
+    let mut texture = reference(material.diffuse_texture.as_ref());
+    let mut emission_texture = reference(material.unknown_param.get("map_Ke"));
+    // Kd and map_Kd multiply, as the format says; beside a picture, black or nothing means: the picture alone.
+    for (colour, picture) in [(&mut diffuse, &mut texture), (&mut emission, &mut emission_texture)] {
+        if let (Some(picture), false) = (picture, shines(*colour)) {
+            (*colour, picture.alone) = (Some([1.0; 3]), true);
+        }
+    }
     let transparent = material.dissolve.is_some_and(|d| d < 1.0) || extra("Tr").is_some_and(|tr| tr > 0.0);
     let kind = match material.illumination_model {
         Some(5) => MtlKind::Mirror,
@@ -169,6 +243,7 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
         diffuse,
         specular: specular.unwrap_or(diffuse),
         emission: emission.unwrap_or_default(),
-        textured: material.diffuse_texture.is_some() || material.unknown_param.contains_key("map_Ke"),
+        texture,
+        emission_texture,
     }
 }

@@ -34,6 +34,8 @@ pub struct ObjTriangle {
     pub flipped: bool,
     /// Normals of the corners as the file has them; zero: none.
     pub normals: [[f32; 3]; 3],
+    /// Texture coordinates of the corners; 0 where the file has none.
+    pub uvs: [[f32; 2]; 3],
 }
 
 /// A material an OBJ names, and whether an MTL defines it.
@@ -111,12 +113,20 @@ impl FaceBuilder<'_> {
             let range = start..start + arity;
             start = range.end;
             let vertices = &model.indices[range.clone()];
-            let normals = model.normal_indices.get(range).unwrap_or(&[]);
-            self.add_face(vertices, normals, &model.normals, base, material);
+            let normals = model.normal_indices.get(range.clone()).unwrap_or(&[]);
+            let coordinates = (model.texcoord_indices.get(range).unwrap_or(&[]), &model.texcoords[..]);
+            self.add_face(vertices, (normals, &model.normals), coordinates, base, material);
         }
     }
 
-    fn add_face(&mut self, vertices: &[u32], normals: &[u32], normal_table: &[f32], base: u32, material: u32) {
+    fn add_face(
+        &mut self,
+        vertices: &[u32],
+        (normals, normal_table): (&[u32], &[f32]),
+        (coordinates, coordinate_table): (&[u32], &[f32]),
+        base: u32,
+        material: u32,
+    ) {
         self.corners.clear();
         let positions = &self.mesh.positions;
         self.corners.extend(vertices.iter().map(|&v| to_f64(&positions[(base + v) as usize])));
@@ -127,6 +137,10 @@ impl FaceBuilder<'_> {
         };
         let average: DVec3 = normals.iter().map(|&n| to_f64(&normal_table[3 * n as usize..][..3])).sum();
         let flipped = !normals.is_empty() && average.dot(newell_normal(&self.corners)) < 0.0;
+        let uv = |corner: usize| match coordinates.get(corner).and_then(|&t| coordinate_table.get(2 * t as usize..)) {
+            Some(&[u, v, ..]) => [u, v],
+            _ => [0.0; 2],
+        };
         self.cut.clear();
         if triangulate(&self.corners, &mut self.cut) == Cut::Crossing {
             self.crossing += 1;
@@ -136,6 +150,7 @@ impl FaceBuilder<'_> {
             material,
             flipped,
             normals: corner.map(|i| normal(i as usize)),
+            uvs: corner.map(|i| uv(i as usize)),
         }));
     }
 }

@@ -9,7 +9,7 @@
 //! - an index of `vn` or `vt` before the first element overflows in its bounds test.
 //!
 //! So every vertex, normal, material change and face is written out anew: positions first, material names as numbers,
-//! corners as absolute `v//vn`. Faces are counted and checked here, where the line is known; numbers are left to tobj.
+//! corners as absolute `v/vt/vn`. Faces are counted and checked here, where the line is known; numbers are left to tobj.
 
 use crate::error::{Error, Result};
 use std::borrow::Cow;
@@ -17,10 +17,13 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
 
+/// Texture coordinates from here on count as 0: f32 leaves them too few digits to tell texels apart.
+const LARGEST_COORDINATE: f32 = 1_048_576.0;
+
 /// An OBJ's text, rewritten for tobj.
 #[derive(Debug, Default)]
 pub struct CleanObj {
-    /// `mtllib`, `v` and `vn` lines.
+    /// `mtllib`, `v`, `vt` and `vn` lines.
     pub vertices: String,
     /// `usemtl` and `f` lines; materials are named by their place in [`CleanObj::materials`].
     pub faces: String,
@@ -108,6 +111,7 @@ pub fn clean_obj(path: &Path, text: &str) -> Result<CleanObj> {
                     clean.bad_normals += 1;
                 }
             }
+            "vt" => write_coordinates(&mut clean.vertices, rest),
             "mtllib" if !rest.is_empty() => clean.libraries.push(rest.to_owned()),
             "usemtl" => {
                 let materials = &mut clean.materials;
@@ -120,10 +124,13 @@ pub fn clean_obj(path: &Path, text: &str) -> Result<CleanObj> {
             "f" => {
                 read_corners(rest, so_far, totals, &mut corners)
                     .map_err(|message| Error::parse(path, Some(number), message))?;
-                write_face(&mut clean, &corners, totals[2], number);
+                write_face(&mut clean, &corners, totals, number);
             }
             _ => {}
         }
+    }
+    if totals[1] > 0 {
+        clean.vertices.push_str("vt 0 0\n"); // the coordinates of corners that have none
     }
     if totals[2] > 0 {
         clean.vertices.push_str("vn 0 0 0\n"); // the normal of corners that have none
@@ -141,18 +148,25 @@ fn write_vector(out: &mut String, keyword: &str, rest: &str) {
     out.push('\n');
 }
 
+/// Two texture coordinates. A third is for volumes; one that is missing or no number, as 0, loses no geometry.
+fn write_coordinates(out: &mut String, rest: &str) {
+    let mut numbers = values(rest).map(|word| word.parse::<f32>().ok().filter(|t| t.abs() < LARGEST_COORDINATE));
+    let mut next = || numbers.next().flatten().unwrap_or(0.0);
+    let _ = writeln!(out, "vt {} {}", next(), next()); // writing to a String cannot fail
+}
+
 /// Whether a `vn` line's numbers have no direction. (Words that are no numbers are for tobj to refuse.)
 fn is_bad_normal(rest: &str) -> bool {
     let numbers = || values(rest).take(3).filter_map(|word| word.parse::<f32>().ok());
     numbers().any(|x| !x.is_finite()) || numbers().all(|x| x == 0.0)
 }
 
-/// A face's corners: places from 1 of position and normal, 0 for no normal.
+/// A face's corners: places from 1 of position, texture coordinates and normal, 0 for none.
 fn read_corners(
     rest: &str,
     so_far: Counts,
     totals: Counts,
-    corners: &mut Vec<[usize; 2]>,
+    corners: &mut Vec<[usize; 3]>,
 ) -> std::result::Result<(), String> {
     corners.clear();
     for word in values(rest) {
@@ -171,7 +185,7 @@ fn read_corners(
         if places[0] == 0 {
             return Err(format!("face corner `{word}` names no vertex; write v, v/vt, v//vn or v/vt/vn"));
         }
-        corners.push([places[0], places[2]]);
+        corners.push(places);
     }
     Ok(())
 }
@@ -193,7 +207,7 @@ fn index_fault(word: &str, field: &str, element: &str, so_far: usize, total: usi
     )
 }
 
-fn write_face(clean: &mut CleanObj, corners: &[[usize; 2]], normals: usize, line: usize) {
+fn write_face(clean: &mut CleanObj, corners: &[[usize; 3]], totals: Counts, line: usize) {
     if corners.len() < 3 {
         if clean.small_faces == 0 {
             clean.first_small_face = line;
@@ -202,12 +216,15 @@ fn write_face(clean: &mut CleanObj, corners: &[[usize; 2]], normals: usize, line
         return;
     }
     clean.faces.push('f');
-    for &[v, vn] in corners {
+    let or_last = |place: usize, total: usize| if place == 0 { total + 1 } else { place };
+    for &[v, vt, vn] in corners {
+        let (vt, vn) = (or_last(vt, totals[1]), or_last(vn, totals[2]));
         // Writing to a String cannot fail.
-        let _ = match (normals, vn) {
-            (0, _) => write!(clean.faces, " {v}"),
-            (_, 0) => write!(clean.faces, " {v}//{}", normals + 1),
-            _ => write!(clean.faces, " {v}//{vn}"),
+        let _ = match (totals[1] > 0, totals[2] > 0) {
+            (false, false) => write!(clean.faces, " {v}"),
+            (false, true) => write!(clean.faces, " {v}//{vn}"),
+            (true, false) => write!(clean.faces, " {v}/{vt}"),
+            (true, true) => write!(clean.faces, " {v}/{vt}/{vn}"),
         };
     }
     clean.faces.push('\n');

@@ -132,6 +132,8 @@ pub struct MaterialEntry {
     pub emission: Option<[f64; 3]>,
     /// Both sides emit.
     pub two_sided: bool,
+    /// The file of a picture, as written, and its line.
+    pub texture: Option<(String, usize)>,
 }
 
 impl MaterialEntry {
@@ -297,7 +299,7 @@ fn parse_materials(table: &Table<'_>) -> Result<Vec<MaterialEntry>> {
 }
 
 fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
-    let mut known = vec!["kind", "emission", "two_sided"];
+    let mut known = vec!["kind", "emission", "two_sided", "texture"];
     known.extend(Kind::ALL.iter().flat_map(|row| row.2));
     let kind = match table.string("kind")? {
         None => None,
@@ -309,7 +311,7 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
             }
         },
     };
-    table.check_keys(&known, &["texture"])?;
+    table.check_keys(&known, &[])?;
     if let Some(kind) = kind {
         let foreign =
             Kind::ALL.iter().flat_map(|row| row.2).find(|key| table.entries.contains_key(**key) && !kind.has(key));
@@ -336,6 +338,7 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         transmittance: table.fraction("transmittance")?,
         emission: table.radiance("emission")?,
         two_sided: table.boolean("two_sided")?.unwrap_or(false),
+        texture: table.string("texture")?.map(|file| (file.to_owned(), table.line_of("texture"))),
     };
     // What the entry leaves to the MTL is in range already; what it names is judged at its own line.
     let named = kind.and_then(|kind| validate::scattering_fault(&entry.over(kind, &MtlMaterial::grey(name))));

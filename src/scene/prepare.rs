@@ -1,15 +1,17 @@
 //! `SceneDesc -> PreparedScene`: every table the engines read, derived once and immutable afterwards.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use super::corners::{CornerRecord, corner_table};
+use super::corners::{CornerRecord, FLAT, corner_table, placed};
 use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
 use super::environment::Environment;
 use super::margins::Margins;
 use super::material::{MaterialKind, MaterialRecord};
+use super::textures::TextureTable;
 use super::validate::is_degenerate;
 use crate::bvh::Bvh;
 use crate::error::{Error, Result};
@@ -46,6 +48,8 @@ pub struct Emitter {
     pub radiance: [f32; 3],
     /// The back emits as the front does.
     pub two_sided: bool,
+    /// What multiplies the radiance: a texture and its coordinates at the triangle's corners.
+    pub texture: Option<(u32, [[f32; 2]; 3])>,
 }
 
 /// The bit of [`PreparedScene::classes`] that says: this triangle emits.
@@ -70,6 +74,8 @@ pub struct Features {
     pub environment: bool,
     /// Some triangle is part of a smooth surface.
     pub smooth_normals: bool,
+    /// Some material has a texture.
+    pub textures: bool,
 }
 
 /// A scene ready to be rendered: immutable tables, all values finite. Indices are triangle ids in file order.
@@ -86,8 +92,10 @@ pub struct PreparedScene {
     pub render: RenderDesc,
     /// Per triangle id, what shading reads.
     pub triangles: Vec<TriangleRecord>,
-    /// Per triangle id, what its corners carry; empty if no surface is smooth.
+    /// Per triangle id, what its corners carry; empty if no surface is smooth or textured.
     pub corners: Vec<CornerRecord>,
+    /// The textures; lights share them.
+    pub textures: Arc<TextureTable>,
     /// Per triangle id, the material's kind (low bits) and [`CLASS_EMITS`]: the sorting key of a hit.
     pub classes: Vec<u8>,
     /// Materials in use, sorted by kind.
@@ -149,7 +157,8 @@ impl PreparedScene {
             plastic: uses(MaterialKind::Plastic),
             emissive_triangles: emitters.len(),
             environment: desc.environment.is_some(),
-            smooth_normals: !corners.is_empty(),
+            smooth_normals: corners.iter().any(|corner| corner.smoothness != FLAT),
+            textures: desc.materials.iter().any(|m| m.texture.is_some() || m.emission_texture.is_some()),
         };
         let mut scene = PreparedScene {
             name: desc.name.clone(),
@@ -159,6 +168,7 @@ impl PreparedScene {
             render: desc.render,
             triangles,
             corners,
+            textures: Arc::new(TextureTable::new(&desc.textures)),
             classes,
             materials,
             emitters,
@@ -180,6 +190,7 @@ impl PreparedScene {
         let mut tables = vec![
             ("triangle records", size_of_val(&self.triangles[..])),
             ("triangle corners", size_of_val(&self.corners[..])),
+            ("textures", self.textures.bytes()),
             ("triangle classes", size_of_val(&self.classes[..])),
             ("materials", size_of_val(&self.materials[..])),
             ("emissive triangles", size_of_val(&self.emitters[..])),
@@ -229,6 +240,10 @@ fn emitter_table(desc: &SceneDesc, degenerate: &[bool]) -> Vec<Emitter> {
             area: 0.5 * double_area_vector(corners(desc, id)).length(),
             radiance: emission(id).map(|c| c as f32),
             two_sided: material(id).two_sided,
+            texture: material(id).emission_texture.map(|used| {
+                let uvs = desc.corners.get(id).map_or([[0.0; 2]; 3], |corner| corner.uvs);
+                (used.texture, placed(uvs, Some(used)))
+            }),
         })
         .collect()
 }

@@ -1,7 +1,7 @@
 //! What must hold of every [`SceneDesc`], whoever made it, and what counts as a triangle without area.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, Scattering, SceneDesc};
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, Scattering, SceneDesc, TextureUse};
 use crate::settings::MAX_FILM_SIDE;
 use glam::DVec3;
 
@@ -130,7 +130,29 @@ pub fn check(scene: &SceneDesc) -> Result<()> {
     if let Some(i) = scene.corners.iter().position(|corner| !corner.normals.iter().all(unit_or_zero)) {
         return fail(format!("triangle {i} has corner normals that are neither unit vectors nor zero"));
     }
+    if let Some(i) = scene.corners.iter().position(|corner| !corner.uvs.iter().flatten().all(|t| t.abs() < 1e7)) {
+        return fail(format!("triangle {i} has texture coordinates beyond 1e7"));
+    }
+    for texture in &scene.textures {
+        if texture.texels.is_empty() || texture.texels.len() != texture.width as usize * texture.height as usize {
+            return fail(format!("texture `{}` has not width x height texels", texture.name));
+        }
+    }
+    if scene.textures.iter().map(|texture| texture.texels.len()).sum::<usize>() > u32::MAX as usize {
+        return fail("more than 2^32 texels: use smaller textures".into());
+    }
     for material in &scene.materials {
+        let uses = [material.texture, material.emission_texture];
+        let fine = |u: &TextureUse| {
+            let placed = u.scale.iter().chain(&u.offset).all(|x| x.abs() <= 1e6);
+            placed && (u.texture as usize) < scene.textures.len()
+        };
+        if !uses.iter().flatten().all(fine) {
+            return fail(format!(
+                "material `{}` has a texture that does not exist or is scaled too far",
+                material.name
+            ));
+        }
         if let Some(fault) = scattering_fault(&material.scattering) {
             return fail(format!("material `{}`: {fault}", material.name));
         }

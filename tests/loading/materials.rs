@@ -70,8 +70,11 @@ fn emission_is_ke_and_odd_writing_is_understood() {
     assert_eq!(material("Kd spectral file.rfl", &[]).scattering, diffuse([0.5; 3]));
     assert_eq!(material("Kd 1.5 -1 1", &["Kd [1.5, -1.0, 1.0]", "clamped"]).scattering, diffuse([1.0, 0.0, 1.0]));
     assert_eq!(material("Ke 1 -1 1", &["Ke", "below 0"]).emission, [1.0, 0.0, 1.0]);
-    assert_eq!(material("Kd 0.5 0.5 0.5\nmap_Kd -s 2 2 a b.png", &["1 textured", "Kd"]).scattering, diffuse([0.5; 3]));
-    assert_eq!(material("Ke 1 1 1\nmap_Ke a.png", &["1 textured"]).emission, [1.0; 3]);
+    assert_eq!(
+        material("Kd 0.5 0.5 0.5\nmap_Kd -s 2 2 a b.png", &["a b.png", "texture of material `m`"]).scattering,
+        diffuse([0.5; 3])
+    );
+    assert_eq!(material("Ke 1 1 1\nmap_Ke a.png", &["a.png", "texture of material `m`"]).emission, [1.0; 3]);
 }
 
 #[test]
