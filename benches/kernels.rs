@@ -175,12 +175,18 @@ impl Hits {
     fn points(&self, scene: &PreparedScene, first: usize) -> SurfacePoints {
         let half = F32x8::splat(0.5);
         let (u, v) = (self.weights.lanes(0, first) * half, self.weights.lanes(1, first) * half);
-        surface_points(&scene.triangles, U32x8::load(&self.ids, first), u, v, self.directions.vectors(0, first))
+        surface_points::<false>(
+            (&scene.triangles, &[]),
+            U32x8::load(&self.ids, first),
+            u,
+            v,
+            self.directions.vectors(0, first),
+        )
     }
     fn point(&self, scene: &PreparedScene, item: usize) -> SurfacePoint {
         let (u, v) = (self.weights.0[0][item] * 0.5, self.weights.0[1][item] * 0.5);
         let direction = Vec3::from(self.directions.vector(0, item));
-        surface_point(&scene.triangles[self.ids[item] as usize], u, v, direction)
+        surface_point(&scene.triangles[self.ids[item] as usize], None, u, v, direction)
     }
 }
 

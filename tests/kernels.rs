@@ -136,11 +136,16 @@ fn surface_points_have_the_same_bits_whatever_idle_lanes_hold() {
         let poisoned = |c: usize| {
             F32x8::from_array(std::array::from_fn(|lane| if live(lane) { uv[lane][c] * 0.5 } else { f32::INFINITY }))
         };
-        let points =
-            surface_x8::surface_points(&records, U32x8::from_array(id), poisoned(0), poisoned(1), lanes3(direction));
+        let points = surface_x8::surface_points::<false>(
+            (&records, &[]),
+            U32x8::from_array(id),
+            poisoned(0),
+            poisoned(1),
+            lanes3(direction),
+        );
         for lane in (0..LANES).filter(|&lane| live(lane)) {
             let (u, v) = (uv[lane][0] * 0.5, uv[lane][1] * 0.5);
-            let wanted = surface::surface_point(&records[id[lane] as usize], u, v, Vec3::from(direction[lane]));
+            let wanted = surface::surface_point(&records[id[lane] as usize], None, u, v, Vec3::from(direction[lane]));
             assert_eq!(lane3(points.position, lane), bits3(wanted.position));
             assert_eq!(lane3(points.normal, lane), bits3(wanted.normal));
             assert_eq!(lane3(points.origin, lane), bits3(wanted.origin));

@@ -28,7 +28,7 @@ fn glossy() -> Vec<(&'static str, Scattering)> {
 }
 
 fn record(scattering: Scattering) -> MaterialRecord {
-    MaterialRecord::new(&MaterialDesc { name: "m".into(), scattering, emission: [0.0; 3] })
+    MaterialRecord::new(&MaterialDesc { scattering, ..MaterialDesc::default() })
 }
 
 fn numbers(i: u32, block: u32) -> [Real; 4] {

@@ -92,6 +92,49 @@ fn the_biased_strategies_are_biased_as_the_lecture_says() {
     assert_eq!(render(&behind, &small(4, 4, 4)).film.mean_radiance(), [0.0; 3], "emission is one-sided");
 }
 
+/// A light between a floor and a ceiling that lights both: Lambert's formula holds on either side, and the light is seen
+/// from both. Beside it a one-sided light far away keeps its dark back, and power weighs the first one twice.
+#[test]
+fn a_two_sided_light_shines_on_both_sides() {
+    let build = |at: [f64; 3], lookout: [f64; 3]| {
+        let mut maker = Maker::default();
+        let floor = maker.diffuse(ALBEDO, [0.0; 3]);
+        let light = maker.diffuse([0.0; 3], [1.0, 2.0, 4.0]);
+        let far = maker.diffuse([0.0; 3], [1.0, 2.0, 4.0]);
+        maker.desc.materials[light as usize].two_sided = true;
+        for y in [0.0, 2.0] {
+            maker.quad([[-9.0, y, 9.0], [9.0, y, 9.0], [9.0, y, -9.0], [-9.0, y, -9.0]], floor);
+        }
+        maker.quad(LIGHT, light);
+        maker.quad([[50.0, 0.0, 0.0], [50.0, 1.0, 0.0], [50.0, 1.0, 1.0], [50.0, 0.0, 1.0]], far);
+        maker.seen(lookout, at, 1e-3)
+    };
+    let truth = floor_radiance([0.7, 0.0, 0.2]);
+    for y in [0.0, 2.0] {
+        let scene = build([0.7, y, 0.2], [6.7, y + (1.0 - y) * 0.9, 1.2]);
+        for strategy in exact_strategies() {
+            for lights in [octray::Lights::Uniform, octray::Lights::Power] {
+                let settings = Settings { strategy, lights, max_depth: Some(1), ..small(16, 16, 256) };
+                assert_mean(&scene, &settings, truth, 0.3, &format!("{strategy}, {lights}, plane at {y}"));
+                let small = Settings { max_depth: None, spp: 4, ..settings };
+                let scalar = render(&scene, &Settings { engine: Engine::Scalar, ..small });
+                let packet = render(&scene, &small);
+                assert_eq!(common::first_difference(&packet.film, &scalar.film), None, "{strategy}, {lights}");
+            }
+        }
+    }
+    for y in [0.5, 1.5] {
+        let lamp = build([0.1, 1.0, 0.1], [0.1, y, 0.2]);
+        assert_eq!(render(&lamp, &small(4, 4, 4)).film.mean_radiance(), [1.0, 2.0, 4.0], "seen from y = {y}");
+    }
+    let scene = build([0.0; 3], [0.0, 0.5, 0.1]);
+    let record = |lights| octray::scene::lights::LightTable::new(&scene, lights, false).records;
+    let (uniform, power) = (record(octray::Lights::Uniform), record(octray::Lights::Power));
+    let share = |i: usize| power[i].pdf_area() / uniform[i].pdf_area();
+    assert!((share(0) / share(2) - 2.0).abs() < 1e-5, "twice the power: {} {}", share(0), share(2));
+    assert!(uniform[0].two_sided() && !uniform[2].two_sided());
+}
+
 #[test]
 fn a_tiny_light_follows_the_inverse_square_law() {
     let mut maker = Maker::default();

@@ -65,13 +65,20 @@ fn choose_triangles(lights: &LightTable, word: U32x8) -> U32x8 {
 fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
     let columns = gather_records(&lights.records, choose_triangles(lights, word));
     let (position, offset) = point_and_offset(&vertices(&columns), sample_uniform_triangle(u), F32x8::ZERO);
-    let light_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
+    let mut light_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let to_light = position - points.position;
     let distance_squared = to_light.dot(to_light);
     let direction = to_light.scale(F32x8::ONE / distance_squared.sqrt());
     let cosine = points.normal.dot(direction);
-    let light_cosine = -light_normal.dot(direction);
-    let pdf_dir = columns[15] * distance_squared / light_cosine;
+    let mut light_cosine = -light_normal.dot(direction);
+    let mut pdf_area = columns[15];
+    if lights.two_sided {
+        let behind = pdf_area.lt(F32x8::ZERO) & light_cosine.lt(F32x8::ZERO);
+        light_cosine = behind.select(-light_cosine, light_cosine);
+        light_normal = behind.select_vec3(-light_normal, light_normal);
+        pdf_area = pdf_area.abs();
+    }
+    let pdf_dir = pdf_area * distance_squared / light_cosine;
     let zero = F32x8::ZERO;
     LightSamples {
         direction,

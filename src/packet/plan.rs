@@ -81,7 +81,8 @@ impl Plan {
         };
         let first = scene.classes.first().copied();
         let lit = !setup.lights.is_empty();
-        let mut surfaces = variants(strategy).to_vec();
+        let detailed = scene.features.smooth_normals;
+        let mut surfaces = if detailed { variants::<true>(strategy) } else { variants::<false>(strategy) }.to_vec();
         surfaces.retain(|(stage, _)| needs.surface(*stage));
         Plan {
             stages: stages(setup, needs),
@@ -112,17 +113,17 @@ impl Plan {
     }
 }
 
-/// The surface stages of a strategy: one monomorphised copy each.
-fn variants(strategy: Strategy) -> [(Stage, SurfaceStage); 5] {
+/// The surface stages of a strategy: one monomorphised copy each, without or with what smooth surfaces need.
+fn variants<const DETAIL: bool>(strategy: Strategy) -> [(Stage, SurfaceStage); 5] {
     macro_rules! choose {
         ($($variant:ident),*) => {
             match strategy {
                 $(Strategy::$variant => [
-                    (Stage::ShadeDiffuse, shade_diffuse::<{ Strategy::$variant as u8 }>),
-                    (Stage::ShadeMirror, shade_mirror::<{ Strategy::$variant as u8 }>),
-                    (Stage::ShadeConductor, shade_conductor::<{ Strategy::$variant as u8 }>),
-                    (Stage::ShadeDielectric, shade_dielectric::<{ Strategy::$variant as u8 }>),
-                    (Stage::ShadePlastic, shade_plastic::<{ Strategy::$variant as u8 }>),
+                    (Stage::ShadeDiffuse, shade_diffuse::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadeMirror, shade_mirror::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadeConductor, shade_conductor::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadeDielectric, shade_dielectric::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadePlastic, shade_plastic::<{ Strategy::$variant as u8 }, DETAIL>),
                 ],)*
             }
         };
@@ -136,6 +137,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (false, _) => String::new(),
         (true, _) => format!(", light sample ({})", selection_name(&setup.lights)),
     };
+    let normals = if setup.scene.features.smooth_normals { ", smooth normals" } else { "" };
     let roulette = if setup.rr_depth == u32::MAX || setup.rr_depth > setup.max_depth { "" } else { ", roulette" };
     let ends = match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
         (false, _) => "to light points",
@@ -156,11 +158,11 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (Stage::SortHits, true, "one queue a material kind".to_string()),
         (Stage::ShadeMiss, needs.misses, format!("{environment}, {weight}")),
         (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
-        (Stage::ShadeDiffuse, needs.diffuse, format!("{strategy}{lights}{roulette}")),
-        (Stage::ShadeMirror, needs.mirror, format!("{strategy}{roulette}")),
-        (Stage::ShadeConductor, needs.conductor, format!("{strategy}, GGX{lights}{roulette}")),
-        (Stage::ShadeDielectric, needs.dielectric, format!("{strategy}, smooth{roulette}")),
-        (Stage::ShadePlastic, needs.plastic, format!("{strategy}, GGX coat{lights}{roulette}")),
+        (Stage::ShadeDiffuse, needs.diffuse, format!("{strategy}{lights}{normals}{roulette}")),
+        (Stage::ShadeMirror, needs.mirror, format!("{strategy}{normals}{roulette}")),
+        (Stage::ShadeConductor, needs.conductor, format!("{strategy}, GGX{lights}{normals}{roulette}")),
+        (Stage::ShadeDielectric, needs.dielectric, format!("{strategy}, smooth{normals}{roulette}")),
+        (Stage::ShadePlastic, needs.plastic, format!("{strategy}, GGX coat{lights}{normals}{roulette}")),
         (Stage::IntersectShadow, needs.shadow, ends.to_string()),
         (Stage::AddToFilm, true, "sums and squares, f64".to_string()),
     ];
@@ -196,7 +198,7 @@ fn left_out(setup: &Setup) -> Vec<LeftOut> {
     unless(scene.features.dielectric, "dielectric", "no triangle is glass".into());
     unless(scene.features.plastic, "plastic", "no triangle is coated".into());
     unless(setup.camera.lens.is_some(), "lens", "the camera is a pinhole".into());
-    unless(false, "smooth normals", "surfaces are shaded with their true normals".into());
+    unless(scene.features.smooth_normals, "smooth normals", "surfaces are shaded with their true normals".into());
     unless(false, "cut-outs", "no material is cut out".into());
     unless(setup.camera.filter != PixelFilter::Box, "pixel filter", "the box filter needs no weights".into());
     let selects = setup.samples_lights() && setup.lights.records.len() > 1;

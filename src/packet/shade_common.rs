@@ -23,16 +23,31 @@ pub(super) struct Hits {
 
 /// Hits `first .. first + 8` of a queue.
 #[inline(always)]
-pub(super) fn load_hits(setup: &Setup, queue: &SurfaceQueue, slots: &Slots, first: usize) -> Hits {
+pub(super) fn load_hits<const DETAIL: bool>(setup: &Setup, queue: &SurfaceQueue, slots: &Slots, first: usize) -> Hits {
     let active = Mask8::first((queue.len - first).min(LANES));
     // Idle lanes hold what an earlier tile left there; row 0 is always safe to read instead.
     let triangle = active.select_u32(U32x8::load(&queue.triangle, first), U32x8::splat(queue.triangle[0]));
     let slot = active.select_u32(U32x8::load(&queue.slot, first), U32x8::splat(queue.slot[0]));
     let direction = queue.direction.load(first);
     let (u, v) = (F32x8::load(&queue.u, first), F32x8::load(&queue.v, first));
-    let points = surface_points(&setup.scene.triangles, triangle, u, v, direction);
+    let points = surface_points::<DETAIL>((&setup.scene.triangles, &setup.scene.corners), triangle, u, v, direction);
     let (pixel, sample) = (U32x8::gather(&slots.pixel, slot), U32x8::gather(&slots.sample, slot));
     Hits { active, points, direction, beta: queue.beta.load(first), slot, pixel, sample }
+}
+
+/// [`load_hits`] for surfaces on which the viewer must be above the shading normal.
+#[inline(always)]
+pub(super) fn load_facing_hits<const DETAIL: bool>(
+    setup: &Setup,
+    queue: &SurfaceQueue,
+    slots: &Slots,
+    first: usize,
+) -> Hits {
+    let mut hits = load_hits::<DETAIL>(setup, queue, slots, first);
+    if DETAIL {
+        hits.points.face(-hits.direction);
+    }
+    hits
 }
 
 /// Light samples of eight hits.
@@ -46,12 +61,20 @@ pub(super) struct DirectLight {
 
 /// Draws the light samples that `strategy` wants.
 #[inline(always)]
-pub(super) fn draw_light(setup: &Setup, strategy: Strategy, hits: &Hits, event: u32) -> DirectLight {
+pub(super) fn draw_light<const DETAIL: bool>(
+    setup: &Setup,
+    strategy: Strategy,
+    hits: &Hits,
+    event: u32,
+) -> DirectLight {
     let words = random_words_x8(hits.pixel, hits.sample, light_block(event), setup.seed);
     let one_sample = strategy == Strategy::MisOneSample;
     let chosen = if one_sample { unit_x8(words[3]).lt(F32x8::splat(0.5)) } else { Mask8::NONE };
     let light = sample_lights(&setup.lights, &hits.points, words);
-    let active = hits.active & light.valid;
+    let mut active = hits.active & light.valid;
+    if DETAIL {
+        active = active & light.direction.dot(hits.points.true_normal).gt(F32x8::ZERO);
+    }
     DirectLight { light, active: if one_sample { active & chosen } else { active }, chosen }
 }
 

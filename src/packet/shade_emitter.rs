@@ -8,7 +8,7 @@ use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
 use crate::settings::Strategy;
 use crate::setup::Setup;
 
-/// Adds emitted radiance to every path that hit the front of an emitter.
+/// Adds emitted radiance to every path that hit a side of an emitter that shines.
 pub fn shade_emitter(setup: &Setup, plan: &Plan, state: &mut TileState) {
     let TileState { paths, hits, emitters, slots, .. } = state;
     for first in (0..emitters.len).step_by(LANES) {
@@ -20,19 +20,26 @@ pub fn shade_emitter(setup: &Setup, plan: &Plan, state: &mut TileState) {
             gather_records(&setup.scene.triangles, active.select_u32(U32x8::gather(&hits.triangle, row), U32x8::ZERO));
         let light = active.select_u32(triangle[13].to_bits(), U32x8::ZERO);
         let normal = Vec3x8::new(triangle[9], triangle[10], triangle[11]);
-        let front = normal.dot(direction).lt(F32x8::ZERO);
         let light = gather_records(&setup.lights.records, light);
+        let (mut light_cosine, mut pdf_area) = (-normal.dot(direction), light[15]);
+        let mut shines = light_cosine.gt(F32x8::ZERO);
+        if setup.lights.two_sided {
+            let both = pdf_area.lt(F32x8::ZERO);
+            light_cosine = shines.select(light_cosine, -light_cosine);
+            shines = shines | both;
+            pdf_area = pdf_area.abs();
+        }
         let slot = U32x8::gather(&paths.slot, row);
         let weight = if plan.needs.pdf {
             let t = gather(&hits.t);
-            let pdf_light = light[15] * (t * t) / -normal.dot(direction);
+            let pdf_light = pdf_area * (t * t) / light_cosine;
             emission_weight(setup.strategy, slot, gather(&paths.pdf_dir), pdf_light)
         } else {
             emission_weight(setup.strategy, slot, F32x8::ONE, F32x8::ONE)
         };
         let radiance = Vec3x8::new(light[12], light[13], light[14]);
         let gain = (paths.beta.gather(row) * radiance).scale(weight);
-        slots.add(slot & U32x8::splat(SLOT), gain, (active & front).bits());
+        slots.add(slot & U32x8::splat(SLOT), gain, (active & shines).bits());
     }
 }
 

@@ -3,7 +3,7 @@
 use super::bsdf::{Glossy, MaterialColumns};
 use super::microfacet::fresnel_dielectric;
 use super::plan::Plan;
-use super::shade_common::{Bounce, add_light_samples, bsdf_words, draw_light, go_on, load_hits};
+use super::shade_common::{Bounce, add_light_samples, bsdf_words, draw_light, go_on, load_facing_hits};
 use super::state::{COUNTS_ONE, COUNTS_ZERO, PathQueue, ShadowQueue, Slots, SurfaceQueue, TileState};
 use super::surface::gather_records;
 use super::warp::{sample_uniform_hemisphere, to_local, to_world};
@@ -14,20 +14,30 @@ use crate::settings::Strategy;
 use crate::setup::Setup;
 
 /// Metals, for the strategy with number `STRATEGY`; `event` events lie before this one.
-pub fn shade_conductor<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut TileState, event: u32) {
+pub fn shade_conductor<const STRATEGY: u8, const DETAIL: bool>(
+    setup: &Setup,
+    plan: &Plan,
+    state: &mut TileState,
+    event: u32,
+) {
     let TileState { conductor, next, shadow, slots, .. } = state;
-    shade_glossy::<super::bsdf::Conductor, STRATEGY>(setup, plan, (conductor, slots), (shadow, next), event);
+    shade_glossy::<super::bsdf::Conductor, STRATEGY, DETAIL>(setup, plan, (conductor, slots), (shadow, next), event);
 }
 
 /// Plastics, for the strategy with number `STRATEGY`.
-pub fn shade_plastic<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut TileState, event: u32) {
+pub fn shade_plastic<const STRATEGY: u8, const DETAIL: bool>(
+    setup: &Setup,
+    plan: &Plan,
+    state: &mut TileState,
+    event: u32,
+) {
     let TileState { plastic, next, shadow, slots, .. } = state;
-    shade_glossy::<super::bsdf::Plastic, STRATEGY>(setup, plan, (plastic, slots), (shadow, next), event);
+    shade_glossy::<super::bsdf::Plastic, STRATEGY, DETAIL>(setup, plan, (plastic, slots), (shadow, next), event);
 }
 
 /// A glossy kind: light sample, BSDF sample, roulette.
 #[inline(always)]
-fn shade_glossy<G: Glossy, const STRATEGY: u8>(
+fn shade_glossy<G: Glossy, const STRATEGY: u8, const DETAIL: bool>(
     setup: &Setup,
     plan: &Plan,
     (queue, slots): (&SurfaceQueue, &Slots),
@@ -37,13 +47,13 @@ fn shade_glossy<G: Glossy, const STRATEGY: u8>(
     let strategy = Strategy::ALL[STRATEGY as usize];
     let last = event + 1 == setup.max_depth;
     for first in (0..queue.len).step_by(LANES) {
-        let hits = load_hits(setup, queue, slots, first);
+        let hits = load_facing_hits::<DETAIL>(setup, queue, slots, first);
         let material = MaterialColumns::new(&gather_records(&setup.scene.materials, hits.points.material));
         let normal = hits.points.normal;
         let wo = to_local(-hits.direction, normal);
         let mut light_chosen = Mask8::NONE;
         if strategy.samples_lights() && plan.needs.shadow {
-            let direct = draw_light(setup, strategy, &hits, event);
+            let direct = draw_light::<DETAIL>(setup, strategy, &hits, event);
             light_chosen = direct.chosen;
             let scattered = G::evaluate(&material, wo, to_local(direct.light.direction, normal));
             add_light_samples(plan, strategy, &hits, &direct, (scattered.f_cosine, scattered.pdf_dir), shadow);
@@ -61,11 +71,15 @@ fn shade_glossy<G: Glossy, const STRATEGY: u8>(
             let sampled = G::sample(&material, wo, u, unit_x8(words[2]));
             (sampled.wi, sampled.factor, sampled.pdf_dir, sampled.valid)
         };
-        let active = hits.active & valid;
+        let direction = to_world(wi, normal);
+        let mut active = hits.active & valid;
+        if DETAIL {
+            active = active & hits.points.on_meant_side(direction);
+        }
         let bounce = Bounce {
             active: if last { active.and_not(light_chosen) } else { active },
             origin: hits.points.origin,
-            direction: to_world(wi, normal),
+            direction,
             beta: hits.beta * factor,
             pdf_dir,
             cosine: wi.z,
@@ -76,14 +90,19 @@ fn shade_glossy<G: Glossy, const STRATEGY: u8>(
 }
 
 /// Smooth glass: reflected with the Fresnel probability, else refracted (pbrt-v4 sections 9.3.3 and 9.5).
-pub fn shade_dielectric<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut TileState, event: u32) {
+pub fn shade_dielectric<const STRATEGY: u8, const DETAIL: bool>(
+    setup: &Setup,
+    plan: &Plan,
+    state: &mut TileState,
+    event: u32,
+) {
     let TileState { dielectric, next, slots, .. } = state;
     if event + 1 == setup.max_depth && !plan.last_delta_counts {
         return;
     }
     let one = F32x8::ONE;
     for first in (0..dielectric.len).step_by(LANES) {
-        let hits = load_hits(setup, dielectric, slots, first);
+        let hits = load_facing_hits::<DETAIL>(setup, dielectric, slots, first);
         let material = MaterialColumns::new(&gather_records(&setup.scene.materials, hits.points.material));
         let normal = hits.points.normal;
         let words = bsdf_words(setup, &hits, event);
@@ -97,7 +116,8 @@ pub fn shade_dielectric<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &
         let direction = reflects.select_vec3(reflected, refracted);
         // Radiance is divided by the square of the relative index: it comes from another solid angle.
         let factor = reflects.select_vec3(Vec3x8::splat([1.0; 3]), material.color.scale(scale * scale));
-        let through = direction.dot(normal).lt(F32x8::ZERO);
+        let direction = if DETAIL { hits.points.keep_side(direction) } else { direction };
+        let through = direction.dot(hits.points.true_normal).lt(F32x8::ZERO);
         let bounce = Bounce {
             active: hits.active,
             origin: through.select_vec3(hits.points.origin_behind, hits.points.origin),

@@ -2,7 +2,7 @@
 //! contribution is finished here and goes to the shadow queue), then the direction to go on in, then plays roulette.
 
 use super::plan::Plan;
-use super::shade_common::{Bounce, add_light_samples, bsdf_words, draw_light, go_on, load_hits};
+use super::shade_common::{Bounce, add_light_samples, bsdf_words, draw_light, go_on, load_facing_hits, load_hits};
 use super::state::{COUNTS_ONE, COUNTS_ZERO, TileState};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_hemisphere, to_world};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
@@ -21,16 +21,21 @@ fn colors(materials: &[MaterialRecord], material: U32x8) -> Vec3x8 {
 }
 
 /// Diffuse surfaces, for the strategy with number `STRATEGY`; `event` events lie before this one.
-pub fn shade_diffuse<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut TileState, event: u32) {
+pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool>(
+    setup: &Setup,
+    plan: &Plan,
+    state: &mut TileState,
+    event: u32,
+) {
     let strategy = Strategy::ALL[STRATEGY as usize];
     let TileState { diffuse, next, shadow, slots, .. } = state;
     let last = event + 1 == setup.max_depth;
     for first in (0..diffuse.len).step_by(LANES) {
-        let hits = load_hits(setup, diffuse, slots, first);
+        let hits = load_hits::<DETAIL>(setup, diffuse, slots, first);
         let color = colors(&setup.scene.materials, hits.points.material);
         let mut light_chosen = Mask8::NONE;
         if strategy.samples_lights() && plan.needs.shadow {
-            let direct = draw_light(setup, strategy, &hits, event);
+            let direct = draw_light::<DETAIL>(setup, strategy, &hits, event);
             light_chosen = direct.chosen;
             // Lambert: albedo/pi times cosine; cosine/pi is also the density of the BSDF's own sampling.
             let pdf_bsdf = cosine_hemisphere_pdf_dir(direct.light.cosine);
@@ -47,10 +52,12 @@ pub fn shade_diffuse<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut
         } else {
             (sample_cosine_hemisphere(u), color)
         };
+        let direction = to_world(local, hits.points.normal);
+        let active = if DETAIL { hits.active & hits.points.on_meant_side(direction) } else { hits.active };
         let bounce = Bounce {
-            active: if last { hits.active.and_not(light_chosen) } else { hits.active },
+            active: if last { active.and_not(light_chosen) } else { active },
             origin: hits.points.origin,
-            direction: to_world(local, hits.points.normal),
+            direction,
             beta: hits.beta * factor,
             pdf_dir: cosine_hemisphere_pdf_dir(local.z),
             cosine: local.z,
@@ -61,19 +68,25 @@ pub fn shade_diffuse<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut
 }
 
 /// Mirrors: the one possible direction. After it light sampling could not have worked, so the next hit counts 1.
-pub fn shade_mirror<const STRATEGY: u8>(setup: &Setup, plan: &Plan, state: &mut TileState, event: u32) {
+pub fn shade_mirror<const STRATEGY: u8, const DETAIL: bool>(
+    setup: &Setup,
+    plan: &Plan,
+    state: &mut TileState,
+    event: u32,
+) {
     let TileState { mirror, next, slots, .. } = state;
     if event + 1 == setup.max_depth && !plan.last_delta_counts {
         return;
     }
     for first in (0..mirror.len).step_by(LANES) {
-        let hits = load_hits(setup, mirror, slots, first);
+        let hits = load_facing_hits::<DETAIL>(setup, mirror, slots, first);
         let normal = hits.points.normal;
         let words = bsdf_words(setup, &hits, event);
+        let reflected = hits.direction - normal.scale(F32x8::splat(2.0) * hits.direction.dot(normal));
         let bounce = Bounce {
             active: hits.active,
             origin: hits.points.origin,
-            direction: hits.direction - normal.scale(F32x8::splat(2.0) * hits.direction.dot(normal)),
+            direction: if DETAIL { hits.points.keep_side(reflected) } else { reflected },
             beta: hits.beta * colors(&setup.scene.materials, hits.points.material),
             pdf_dir: F32x8::ONE,
             cosine: F32x8::ZERO,

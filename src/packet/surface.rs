@@ -1,6 +1,8 @@
-//! The points that eight rays have hit: position, facing normal, and safe places for the next rays to start.
+//! The points that eight rays have hit: position, normals on the sides the rays came from, and safe places for the next
+//! rays to start. What smooth surfaces need is compiled in by `DETAIL`: scenes without them do not pay for it.
 
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::scene::corners::{CornerRecord, FLAT, LIFTED};
 use crate::scene::prepare::TriangleRecord;
 
 /// Rounding moves a number by at most this fraction of it.
@@ -11,6 +13,10 @@ pub const HALF_ULP: f32 = 1.0 / 16_777_216.0;
 /// again the triangle it left from 3 on, in a wedge of 10 degrees from 8 on; the scalar twin's comment has the
 /// figures.
 pub const OFFSET_HALF_ULPS: f32 = 8.0;
+
+/// Shading normals are bent towards the viewers until they make at least this cosine with the rays (or, nearly along the
+/// surfaces, the true normals').
+pub const LEAST_FACING: f32 = 0.01;
 
 /// Eight records of 16 words, lane by lane, as columns: `[word]` lane `i` is word `word` of record `indices[i]`.
 #[inline(always)]
@@ -32,13 +38,15 @@ pub fn vertices(columns: &[F32x8; 16]) -> [Vec3x8; 3] {
 
 /// Eight points on surfaces.
 pub struct SurfacePoints {
-    /// The hits, from barycentric weights.
+    /// The hits, from barycentric weights; on smooth surfaces lifted onto them.
     pub position: Vec3x8,
-    /// Unit normals on the sides the rays came from.
+    /// Unit normals of the triangles, on the sides the rays came from: they decide what lies above the surfaces.
+    pub true_normal: Vec3x8,
+    /// Unit normals to shade with, less than 90 degrees from the true ones.
     pub normal: Vec3x8,
     /// The rays hit fronts.
     pub front: Mask8,
-    /// Where rays that leave on the sides of `normal` start.
+    /// Where rays that leave on the sides of the true normals start.
     pub origin: Vec3x8,
     /// Where rays that leave on the other sides start.
     pub origin_behind: Vec3x8,
@@ -47,9 +55,10 @@ pub struct SurfacePoints {
 }
 
 /// The points with weights (1-u-v, u, v) on `triangle`, kept off its edges, hit by rays in directions `direction`.
+/// With `DETAIL` there is an entry of `corners` a triangle.
 #[inline(always)]
-pub fn surface_points(
-    triangles: &[TriangleRecord],
+pub fn surface_points<const DETAIL: bool>(
+    (triangles, corners): (&[TriangleRecord], &[CornerRecord]),
     triangle: U32x8,
     u: F32x8,
     v: F32x8,
@@ -60,10 +69,72 @@ pub fn surface_points(
     let front_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let front: Mask8 = front_normal.dot(direction).lt(F32x8::ZERO);
     let normal = front.select_vec3(front_normal, -front_normal);
-    let (position, offset) = point_and_offset(&vertices(&columns), weights, columns[14]);
+    let vertices = vertices(&columns);
+    let (position, offset) = point_and_offset(&vertices, weights, columns[14]);
     let away = normal.scale(offset);
     let (origin, origin_behind) = (position + away, position - away);
-    SurfacePoints { position, normal, front, origin, origin_behind, material: columns[12].to_bits() }
+    let material = columns[12].to_bits();
+    let mut points = SurfacePoints { position, true_normal: normal, normal, front, origin, origin_behind, material };
+    if DETAIL {
+        let corners = gather_records(corners, triangle);
+        points.smooth(&corners, &vertices, weights, away);
+    }
+    points
+}
+
+impl SurfacePoints {
+    /// Gives points on smooth surfaces the interpolated normals and, unless their corners lean too far, lifts them onto
+    /// the smooth surfaces (after Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II, chapter 4, 2021).
+    #[inline(always)]
+    fn smooth(&mut self, corners: &[F32x8; 16], vertices: &[Vec3x8; 3], weights: [F32x8; 3], away: Vec3x8) {
+        let (smoothness, zero) = (corners[15].to_bits(), F32x8::ZERO);
+        let is = |value: u32| smoothness.eq(U32x8::splat(value));
+        let n = self::vertices(corners).map(|n| self.front.select_vec3(n, -n));
+        let sum = n[0].scale(weights[0]) + n[1].scale(weights[1]) + n[2].scale(weights[2]);
+        let interpolated = sum.scale(F32x8::ONE / sum.dot(sum).sqrt());
+        let usable = interpolated.dot(self.true_normal).gt(zero).and_not(is(FLAT));
+        self.normal = usable.select_vec3(interpolated, self.normal);
+        let lifted = is(LIFTED);
+        if !lifted.any() {
+            return;
+        }
+        let (mut above, mut below) = (zero, zero);
+        for i in 0..3 {
+            let height = (vertices[i] - self.position).dot(n[i]);
+            above = above + weights[i] * height.gt(zero).select(height, zero);
+            below = below + weights[i] * height.lt(zero).select(height, zero);
+        }
+        let behind = self.position + self.true_normal.scale(below) - away;
+        let position = self.position + self.true_normal.scale(above);
+        self.origin_behind = lifted.select_vec3(behind, self.origin_behind);
+        self.origin = lifted.select_vec3(position + away, self.origin);
+        self.position = lifted.select_vec3(position, self.position);
+    }
+
+    /// Bends shading normals until the viewers, in directions `wo`, are above them: glossy surfaces have no answer there.
+    #[inline(always)]
+    pub fn face(&mut self, wo: Vec3x8) {
+        let (cosine, true_cosine) = (wo.dot(self.normal), wo.dot(self.true_normal));
+        let least = F32x8::splat(LEAST_FACING).min(true_cosine);
+        let bent = self.normal + wo.scale(least - cosine);
+        let bent = bent.scale(F32x8::ONE / bent.dot(bent).sqrt());
+        self.normal = cosine.lt(least).select_vec3(bent, self.normal);
+    }
+
+    /// Lanes whose direction lies on the side of the true surface that the shading normal meant. The others would leak.
+    #[inline(always)]
+    pub fn on_meant_side(&self, direction: Vec3x8) -> Mask8 {
+        let zero = F32x8::ZERO;
+        !(direction.dot(self.true_normal).gt(zero) ^ direction.dot(self.normal).gt(zero))
+    }
+
+    /// Directions of delta lobes; those on the wrong side of the true surface become their mirror images in it.
+    #[inline(always)]
+    pub fn keep_side(&self, direction: Vec3x8) -> Vec3x8 {
+        let depth = direction.dot(self.true_normal);
+        let image = direction - self.true_normal.scale(F32x8::splat(2.0) * depth);
+        self.on_meant_side(direction).select_vec3(direction, image)
+    }
 }
 
 /// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move

@@ -41,15 +41,19 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
     }
     let direction = to_light * (1.0 / distance_squared.sqrt());
     let cosine = point.normal.dot(direction);
-    let light_cosine = -vec3(light.normal).dot(direction);
+    let front_cosine = -vec3(light.normal).dot(direction);
+    // The side that emits towards the point; of a light with two it is the one that faces it.
+    let behind = light.two_sided() && front_cosine < 0.0;
+    let light_cosine = if behind { -front_cosine } else { front_cosine };
+    let light_normal = if behind { -vec3(light.normal) } else { vec3(light.normal) };
     if !(cosine > 0.0 && light_cosine > 0.0) {
         return None;
     }
-    let pdf_dir = light.pdf_area as Real * distance_squared / light_cosine;
+    let pdf_dir = light.pdf_area() as Real * distance_squared / light_cosine;
     if !(pdf_dir > 0.0) {
         return None;
     }
-    let shadow_direction = (position + vec3(light.normal) * offset) - point.origin;
+    let shadow_direction = (position + light_normal * offset) - point.origin;
     let radiance = vec3(light.radiance);
     Some(LightSample { direction, cosine, radiance, pdf_dir, shadow_direction, shadow_tmax: 1.0 })
 }
@@ -81,10 +85,10 @@ fn sample_environment(lights: &LightTable, point: &SurfacePoint, words: [u32; 2]
     })
 }
 
-/// Density per steradian with which [`sample_light`] would have drawn the point a BSDF ray hit: at distance `t`, on the
-/// front of `light`, where the ray's direction makes `light_cosine` with the (reversed) normal.
+/// Density per steradian with which [`sample_light`] would have drawn the point a BSDF ray hit: at distance `t`, on a
+/// side of `light` that emits, where the ray's direction makes `light_cosine` with that side's (reversed) normal.
 pub fn light_pdf_dir(light: &LightRecord, t: Real, light_cosine: Real) -> Real {
-    light.pdf_area as Real * (t * t) / light_cosine
+    light.pdf_area() as Real * (t * t) / light_cosine
 }
 
 /// The radiance that a ray in direction `direction` finds when it leaves the scene, and the density per steradian with

@@ -10,7 +10,6 @@ use crate::bvh::ray::NO_HIT;
 use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
 use crate::scene::desc::PixelFilter;
 use crate::scene::material::MaterialKind;
-use crate::scene::prepare::NO_LIGHT;
 use crate::settings::{DEPTH_GUARD, Strategy};
 use crate::setup::Setup;
 use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, RAY, TraceVertex};
@@ -79,14 +78,15 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             break;
         };
         let triangle = &scene.triangles[hit.triangle as usize];
-        let point = surface_point(triangle, hit.u, hit.v, ray.direction);
-        let here = |name| Event { triangle: hit.triangle, t: hit.t, ..Event::new(name, point.position) };
+        let mut point = surface_point(triangle, scene.corners.get(hit.triangle as usize), hit.u, hit.v, ray.direction);
+        let position = point.position;
+        let here = |name| Event { triangle: hit.triangle, t: hit.t, ..Event::new(name, position) };
         step.note(Event { direction: ray.direction, ..here("hit") });
 
         // shade_emitter
-        if triangle.light != NO_LIGHT && point.front {
-            let light = &setup.lights.records[triangle.light as usize];
-            let light_cosine = -vec3(triangle.normal).dot(ray.direction);
+        let light = setup.lights.records.get(triangle.light as usize);
+        if let Some(light) = light.filter(|light| point.front || light.two_sided()) {
+            let light_cosine = -point.true_normal.dot(ray.direction);
             let weight = emission_weight(setup, previous, light_pdf_dir(light, hit.t, light_cosine));
             let gain = step.beta * vec3(light.radiance) * weight;
             step.radiance += gain;
@@ -99,6 +99,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         if kind == MaterialKind::Black || step.depth == setup.max_depth {
             break;
         }
+        if kind != MaterialKind::Diffuse {
+            point.face(-ray.direction);
+        }
         let event = step.depth;
         result.guarded = event + 1 == DEPTH_GUARD;
         let delta = bsdf::is_delta(kind);
@@ -109,7 +112,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             let words = numbers(light_block(event));
             light_chosen = unit(words[3]) < 0.5;
             let draws = setup.strategy != Strategy::MisOneSample || light_chosen;
-            if let Some(light) = draws.then(|| sample_light(&setup.lights, &point, words)).flatten() {
+            let above = |light: &LightSample| light.direction.dot(point.true_normal) > 0.0;
+            let drawn = draws.then(|| sample_light(&setup.lights, &point, words)).flatten();
+            if let Some(light) = drawn.filter(above) {
                 let scattered = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
                 result.shadow_rays += direct_light(setup, &point, &light, scattered, &mut step) as u32;
             }
@@ -123,7 +128,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         } else {
             bsdf::sample(material, point.normal, ray.direction, point.front, u, unit(words[2]) as Real)
         };
-        let Some(bounce) = bounce else { break };
+        let Some(mut bounce) = bounce else { break };
+        let Some(kept) = point.keep_side(bounce.direction, bounce.delta) else { break };
+        bounce.direction = kept;
         step.beta *= bounce.factor;
         previous = remember(setup, &bounce, light_chosen);
         step.note(Event { direction: bounce.direction, pdf: bounce.pdf_dir, ..here(kind.name()) });
@@ -150,7 +157,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             }
             step.beta *= 1.0 / survival;
         }
-        let through = bounce.direction.dot(point.normal) < 0.0;
+        let through = bounce.direction.dot(point.true_normal) < 0.0;
         let origin = if through { point.origin_behind } else { point.origin };
         ray = Ray { origin, direction: bounce.direction, tmin: 0.0, tmax: Real::INFINITY };
     }

@@ -1,6 +1,7 @@
-//! The point a ray has hit: position, facing normal, and a safe place for the next ray to start.
+//! The point a ray has hit: position, normals on the side the ray came from, and safe places for the next ray to start.
 
 use super::{Real, Vec3, vec3};
+use crate::scene::corners::{CornerRecord, FLAT, LIFTED};
 use crate::scene::prepare::TriangleRecord;
 
 /// Rounding moves a number by at most this fraction of it: 2^-24 in f32.
@@ -17,29 +18,103 @@ pub const HALF_ULP: Real = Real::EPSILON * 0.5;
 /// Slivers need more: see [`crate::scene::margins`].
 pub const OFFSET_HALF_ULPS: Real = 8.0;
 
+/// Shading normals are bent towards the viewer until they make at least this cosine with the ray (or, nearly along the
+/// surface, the true normal's).
+pub const LEAST_FACING: Real = 0.01;
+
 /// A point on a surface.
 pub struct SurfacePoint {
-    /// The hit, from barycentric weights.
+    /// The hit, from barycentric weights; on a smooth surface lifted onto it.
     pub position: Vec3,
-    /// Unit normal on the side the ray came from.
+    /// Unit normal of the triangle, on the side the ray came from: it decides what lies above the surface.
+    pub true_normal: Vec3,
+    /// Unit normal to shade with, less than 90 degrees from the true one.
     pub normal: Vec3,
     /// The ray hit the front.
     pub front: bool,
-    /// Where rays that leave on the side of `normal` start.
+    /// Where rays that leave on the side of the true normal start.
     pub origin: Vec3,
     /// Where rays that leave on the other side start.
     pub origin_behind: Vec3,
 }
 
-/// The point with weights (1-u-v, u, v) on `triangle`, kept off its edges, hit by a ray in direction `direction`.
-pub fn surface_point(triangle: &TriangleRecord, u: Real, v: Real, direction: Vec3) -> SurfacePoint {
+/// The point with weights (1-u-v, u, v), on `triangle`, kept off its edges, hit by a ray in direction `direction`.
+pub fn surface_point(
+    triangle: &TriangleRecord,
+    corners: Option<&CornerRecord>,
+    u: Real,
+    v: Real,
+    direction: Vec3,
+) -> SurfacePoint {
     let weights = inset_weights(u, v, triangle.inset as Real * HALF_ULP);
     let front_normal = vec3(triangle.normal);
     let front = front_normal.dot(direction) < 0.0;
     let normal = if front { front_normal } else { -front_normal };
     let (position, offset) = point_and_offset(&triangle.vertices, weights, triangle.sliver as Real);
-    let (origin, origin_behind) = (position + normal * offset, position - normal * offset);
-    SurfacePoint { position, normal, front, origin, origin_behind }
+    let away = normal * offset;
+    let mut point = SurfacePoint {
+        position,
+        true_normal: normal,
+        normal,
+        front,
+        origin: position + away,
+        origin_behind: position - away,
+    };
+    if let Some(corners) = corners.filter(|corners| corners.smoothness != FLAT) {
+        let normals = corners.normals.map(|n| if front { vec3(n) } else { -vec3(n) });
+        point.smooth(corners, &triangle.vertices.map(vec3), normals, weights, away);
+    }
+    point
+}
+
+impl SurfacePoint {
+    /// Gives the point the interpolated normal and, unless its corners lean too far, lifts it onto the smooth surface
+    /// that the normals describe, so that the triangle's neighbours throw no facets of shadow on it (Hanika, "Hacking the
+    /// Shadow Terminator", Ray Tracing Gems II, chapter 4, 2021). The chapter moves along the corner normals; here
+    /// the point moves as far along the true one, so that it cannot slide through a wall beside it. Rays that leave on
+    /// the other side see the surface curved the other way.
+    fn smooth(&mut self, corners: &CornerRecord, vertices: &[Vec3; 3], n: [Vec3; 3], weights: [Real; 3], away: Vec3) {
+        let sum = n[0] * weights[0] + n[1] * weights[1] + n[2] * weights[2];
+        let interpolated = sum * (1.0 / sum.dot(sum).sqrt());
+        if interpolated.dot(self.true_normal) > 0.0 {
+            self.normal = interpolated;
+        }
+        if corners.smoothness == LIFTED {
+            let (mut above, mut below) = (0.0, 0.0);
+            for i in 0..3 {
+                let height = (vertices[i] - self.position).dot(n[i]);
+                above += weights[i] * if height > 0.0 { height } else { 0.0 };
+                below += weights[i] * if height < 0.0 { height } else { 0.0 };
+            }
+            self.origin_behind = self.position + self.true_normal * below - away;
+            self.position += self.true_normal * above;
+            self.origin = self.position + away;
+        }
+    }
+
+    /// Bends the shading normal until the viewer, in direction `wo`, is above it: glossy surfaces have no answer there.
+    pub fn face(&mut self, wo: Vec3) {
+        let (cosine, true_cosine) = (wo.dot(self.normal), wo.dot(self.true_normal));
+        let least = if LEAST_FACING < true_cosine { LEAST_FACING } else { true_cosine };
+        if cosine < least {
+            let bent = self.normal + wo * (least - cosine);
+            self.normal = bent * (1.0 / bent.dot(bent).sqrt());
+        }
+    }
+
+    /// `direction`, which the shading normal has led to, on the side of the true surface that was meant: `None` if light
+    /// would leak through. Glass and mirrors, which have no other direction, get its mirror image in the true surface;
+    /// every strategy treats them alike, so all still agree. Directions with a density end, as light samples from
+    /// below do: their mirror images have been drawn with another density.
+    pub fn keep_side(&self, direction: Vec3, delta: bool) -> Option<Vec3> {
+        let depth = direction.dot(self.true_normal);
+        let meant = direction.dot(self.normal) > 0.0;
+        match (depth > 0.0) == meant {
+            true => Some(direction),
+            false if delta => Some(direction - self.true_normal * (2.0 * depth)),
+            false => None,
+        }
+    }
 }
 
 /// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move

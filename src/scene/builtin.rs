@@ -54,6 +54,7 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
         name: name.into(),
         scattering: Scattering::Diffuse { albedo },
         emission,
+        ..MaterialDesc::default()
     };
     let dark = [0.0; 3];
     let materials = vec![
@@ -89,6 +90,7 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
         filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(16), ..RenderDesc::default() },
         positions: mesh.positions,
+        corners: Vec::new(),
         triangles: mesh.triangles,
         materials,
         environment: Some(EnvironmentDesc::Constant { radiance: [3.0, 3.8, 5.0] }),

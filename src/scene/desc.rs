@@ -20,6 +20,8 @@ pub struct SceneDesc {
     /// Triangles in file order after triangulation (n - 2 per polygon); the index is the triangle id. Zero-area
     /// triangles keep their place here and are left out of the BVH.
     pub triangles: Vec<TriangleDesc>,
+    /// What the triangles' corners carry besides positions: empty, or one entry a triangle.
+    pub corners: Vec<CornerDesc>,
     /// Materials, indexed by [`TriangleDesc::material`].
     pub materials: Vec<MaterialDesc>,
     /// What surrounds the scene, if anything does.
@@ -40,6 +42,13 @@ pub struct TriangleDesc {
     pub flipped: bool,
 }
 
+/// What the corners of a triangle carry besides their positions, in the order of [`TriangleDesc::vertices`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CornerDesc {
+    /// Unit normals of the smooth surface, world space, towards the front; zero: this corner has none.
+    pub normals: [[f32; 3]; 3],
+}
+
 /// A material: how it scatters, what it emits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialDesc {
@@ -49,6 +58,16 @@ pub struct MaterialDesc {
     pub scattering: Scattering,
     /// Emitted radiance on the front side, W sr^-1 m^-2, linear Rec.709.
     pub emission: [f64; 3],
+    /// The back emits as the front does.
+    pub two_sided: bool,
+}
+
+impl Default for MaterialDesc {
+    /// Nameless, black, dark.
+    fn default() -> Self {
+        let scattering = Scattering::Diffuse { albedo: [0.0; 3] };
+        MaterialDesc { name: String::new(), scattering, emission: [0.0; 3], two_sided: false }
+    }
 }
 
 /// How a surface scatters light.

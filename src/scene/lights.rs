@@ -6,7 +6,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::environment::{Distribution, Environment, EnvironmentMap};
-use super::prepare::{PreparedScene, TriangleRecord};
+use super::prepare::{Emitter, PreparedScene, TriangleRecord};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 
@@ -15,14 +15,27 @@ use crate::settings::Lights;
 #[repr(C, align(64))]
 pub struct LightRecord {
     /// Vertices, scene units; those of slivers moved off the surface by [`super::margins::Margins::sliver`], so that
-    /// shadow rays to them end before it.
+    /// shadow rays to them end before it. (Those of two-sided lights stay: either side may be the far one.)
     pub vertices: [[f32; 3]; 3],
     /// Unit normal of the side that emits.
     pub normal: [f32; 3],
     /// Emitted radiance, W sr^-1 m^-2.
     pub radiance: [f32; 3],
-    /// Density of light samples on this triangle, per unit area: selection probability over area.
-    pub pdf_area: f32,
+    /// Density of light samples on this triangle, per unit area: selection probability over area. Its sign bit says that
+    /// both sides emit.
+    pub signed_pdf_area: f32,
+}
+
+impl LightRecord {
+    /// Density of light samples on this triangle, per unit area.
+    pub fn pdf_area(&self) -> f32 {
+        self.signed_pdf_area.abs()
+    }
+
+    /// Both sides emit.
+    pub fn two_sided(&self) -> bool {
+        self.signed_pdf_area.is_sign_negative()
+    }
 }
 
 /// One column of the alias table (Walker 1977, built as Vose 1991 does).
@@ -60,6 +73,8 @@ pub enum EnvironmentLight<'a> {
 pub struct LightTable<'a> {
     /// Per emitter of the scene, its record.
     pub records: Vec<LightRecord>,
+    /// Whether any of them emits on both sides.
+    pub two_sided: bool,
     /// How a triangle is chosen.
     pub selection: Selection,
     /// The environment, if it is a light.
@@ -79,19 +94,17 @@ impl<'a> LightTable<'a> {
         };
         let weights: Vec<f64> = match lights {
             Lights::Uniform => vec![1.0; count],
-            Lights::Power => {
-                scene.emitters.iter().map(|e| e.area * e.radiance.iter().map(|&c| c as f64).sum::<f64>()).collect()
-            }
+            Lights::Power => scene.emitters.iter().map(power).collect(),
         };
         let total: f64 = weights.iter().sum();
         let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
         let records = scene.emitters.iter().enumerate().map(|(i, emitter)| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
-                vertices: off_the_surface(triangle),
+                vertices: if emitter.two_sided { triangle.vertices } else { off_the_surface(triangle) },
                 normal: triangle.normal,
                 radiance: emitter.radiance,
-                pdf_area: (probability(i) / emitter.area) as f32,
+                signed_pdf_area: (probability(i) / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
             }
         });
         let selection = match (count, lights) {
@@ -104,7 +117,13 @@ impl<'a> LightTable<'a> {
             Environment::Constant(radiance) => EnvironmentLight::Constant(*radiance),
             Environment::Map(map) => EnvironmentLight::Map(map, map.distribution(compensated)),
         });
-        LightTable { records: records.collect(), selection, environment, environment_probability }
+        LightTable {
+            records: records.collect(),
+            two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
+            selection,
+            environment,
+            environment_probability,
+        }
     }
 
     /// Whether there is anything to sample.
@@ -146,6 +165,12 @@ impl<'a> LightTable<'a> {
         tables.retain(|table| table.1 > 0);
         tables
     }
+}
+
+/// What an emitter sends out, up to a constant factor.
+fn power(emitter: &Emitter) -> f64 {
+    let sides = if emitter.two_sided { 2.0 } else { 1.0 };
+    sides * emitter.area * emitter.radiance.iter().map(|&c| c as f64).sum::<f64>()
 }
 
 /// The vertices of an emissive triangle as shadow rays aim at them.

@@ -3,10 +3,12 @@
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::scene::builtin;
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, SceneDesc, TriangleDesc};
+use crate::scene::desc::{
+    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, SceneDesc, TriangleDesc,
+};
 use crate::scene::mtl::{MtlKind, MtlMaterial};
 use crate::scene::nearest::nearest;
-use crate::scene::obj::{ObjMaterial, load_obj};
+use crate::scene::obj::{ObjMaterial, ObjMesh, ObjTriangle, load_obj};
 use crate::scene::parse::{self, EnvironmentEntry, Kind, MaterialEntry, SceneFile};
 use crate::scene::transform::Transform;
 use crate::scene::validate::{self, is_degenerate};
@@ -141,6 +143,7 @@ impl<'a> Assembly<'a> {
         if self.scene.positions[vertices..].iter().flatten().any(|x| !x.is_finite()) {
             return Err(fault("the transform moves vertices out of the range of f32: scale or translate less"));
         }
+        self.add_corners(&mesh, transform);
         let (vertices, materials, mirrored) = (vertices as u32, self.materials.len() as u32, transform.mirrors());
         self.scene.triangles.extend(mesh.triangles.iter().map(|t| TriangleDesc {
             vertices: t.vertices.map(|v| vertices + v),
@@ -149,6 +152,19 @@ impl<'a> Assembly<'a> {
         }));
         self.materials.extend(mesh.materials);
         Ok(())
+    }
+
+    /// Adds what the corners of `mesh`, whose triangles are next, carry. Meshes with nothing cost nothing unless another
+    /// mesh of the scene has something.
+    fn add_corners(&mut self, mesh: &ObjMesh, transform: &Transform) {
+        let before = self.scene.triangles.len();
+        if mesh.triangles.iter().any(|t| t.normals != [[0.0; 3]; 3]) {
+            self.scene.corners.resize(before, CornerDesc::default());
+            let corner = |t: &ObjTriangle| CornerDesc { normals: t.normals.map(|n| transform.apply_to_normal(n)) };
+            self.scene.corners.extend(mesh.triangles.iter().map(corner));
+        } else if !self.scene.corners.is_empty() {
+            self.scene.corners.resize(before + mesh.triangles.len(), CornerDesc::default());
+        }
     }
 
     /// Applies the TOML's material entries and drops materials that no triangle has.
@@ -268,7 +284,8 @@ fn resolve(
     if let (Some(entry), Some(message)) = (entry, validate::scattering_fault(&scattering)) {
         return fault(entry.line, message);
     }
-    Ok(MaterialDesc { name, scattering, emission: entry.and_then(|e| e.emission).unwrap_or(material.emission) })
+    let emission = entry.and_then(|e| e.emission).unwrap_or(material.emission);
+    Ok(MaterialDesc { name, scattering, emission, two_sided: entry.is_some_and(|e| e.two_sided) })
 }
 
 /// Gives the scene a camera from +z along -z that has the whole box in view, and says so.

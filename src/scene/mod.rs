@@ -6,6 +6,7 @@
 //! makes loading panic: it ends in a [`SceneDesc`] or in one error that names file and line.
 
 pub mod builtin;
+pub mod corners;
 pub mod desc;
 pub mod environment;
 mod facade;

@@ -32,6 +32,8 @@ pub struct ObjTriangle {
     pub material: u32,
     /// The polygon's normals oppose its winding.
     pub flipped: bool,
+    /// Normals of the corners as the file has them; zero: none.
+    pub normals: [[f32; 3]; 3],
 }
 
 /// A material an OBJ names, and whether an MTL defines it.
@@ -52,6 +54,10 @@ pub fn load_obj(path: &Path, warnings: &mut Vec<String>) -> Result<ObjMesh> {
     if clean.small_faces > 0 {
         let (count, line, file) = (clean.small_faces, clean.first_small_face, path.display());
         warnings.push(format!("{file}:{line}: {count} face(s) with fewer than three corners were left out"));
+    }
+    if clean.bad_normals > 0 {
+        let (count, line, file) = (clean.bad_normals, clean.first_bad_normal, path.display());
+        warnings.push(format!("{file}:{line}: {count} vertex normal(s) are zero or not finite: true normals instead"));
     }
     let models = run_tobj(&clean).map_err(|e| match find_bad_number(text) {
         Some((line, message)) => Error::parse(path, Some(line), message),
@@ -115,6 +121,10 @@ impl FaceBuilder<'_> {
         let positions = &self.mesh.positions;
         self.corners.extend(vertices.iter().map(|&v| to_f64(&positions[(base + v) as usize])));
         // Where normals oppose the winding, normals decide which side is the front.
+        let normal = |corner: usize| match normals.get(corner).map(|&n| &normal_table[3 * n as usize..][..3]) {
+            Some(&[x, y, z]) if x.is_finite() && y.is_finite() && z.is_finite() => [x, y, z],
+            _ => [0.0; 3],
+        };
         let average: DVec3 = normals.iter().map(|&n| to_f64(&normal_table[3 * n as usize..][..3])).sum();
         let flipped = !normals.is_empty() && average.dot(newell_normal(&self.corners)) < 0.0;
         self.cut.clear();
@@ -125,6 +135,7 @@ impl FaceBuilder<'_> {
             vertices: corner.map(|i| base + vertices[i as usize]),
             material,
             flipped,
+            normals: corner.map(|i| normal(i as usize)),
         }));
     }
 }

@@ -32,6 +32,10 @@ pub struct CleanObj {
     pub small_faces: usize,
     /// Line of the first of them.
     pub first_small_face: usize,
+    /// `vn` lines that are zero or not finite.
+    pub bad_normals: usize,
+    /// Line of the first of them.
+    pub first_bad_normal: usize,
 }
 
 /// The lines of a text with their numbers from 1, those that end in `\` joined with the next; comments are not joined,
@@ -97,7 +101,13 @@ pub fn clean_obj(path: &Path, text: &str) -> Result<CleanObj> {
         let (keyword, rest) = split_keyword(&line);
         count_element(&mut so_far, keyword);
         match keyword {
-            "v" | "vn" => write_vector(&mut clean.vertices, keyword, rest),
+            "v" | "vn" => {
+                write_vector(&mut clean.vertices, keyword, rest);
+                if keyword == "vn" && is_bad_normal(rest) {
+                    clean.first_bad_normal = if clean.bad_normals == 0 { number } else { clean.first_bad_normal };
+                    clean.bad_normals += 1;
+                }
+            }
             "mtllib" if !rest.is_empty() => clean.libraries.push(rest.to_owned()),
             "usemtl" => {
                 let materials = &mut clean.materials;
@@ -129,6 +139,12 @@ fn write_vector(out: &mut String, keyword: &str, rest: &str) {
         out.push_str(word);
     }
     out.push('\n');
+}
+
+/// Whether a `vn` line's numbers have no direction. (Words that are no numbers are for tobj to refuse.)
+fn is_bad_normal(rest: &str) -> bool {
+    let numbers = || values(rest).take(3).filter_map(|word| word.parse::<f32>().ok());
+    numbers().any(|x| !x.is_finite()) || numbers().all(|x| x == 0.0)
 }
 
 /// A face's corners: places from 1 of position and normal, 0 for no normal.

@@ -130,6 +130,8 @@ pub struct MaterialEntry {
     pub transmittance: Option<[f64; 3]>,
     /// Emission, if named.
     pub emission: Option<[f64; 3]>,
+    /// Both sides emit.
+    pub two_sided: bool,
 }
 
 impl MaterialEntry {
@@ -308,9 +310,6 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         },
     };
     table.check_keys(&known, &["texture"])?;
-    if table.boolean("two_sided")? == Some(true) {
-        return Err(table.not_yet("two_sided", "two_sided = true"));
-    }
     if let Some(kind) = kind {
         let foreign =
             Kind::ALL.iter().flat_map(|row| row.2).find(|key| table.entries.contains_key(**key) && !kind.has(key));
@@ -336,6 +335,7 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         ior: table.number("ior")?,
         transmittance: table.fraction("transmittance")?,
         emission: table.radiance("emission")?,
+        two_sided: table.boolean("two_sided")?.unwrap_or(false),
     };
     // What the entry leaves to the MTL is in range already; what it names is judged at its own line.
     let named = kind.and_then(|kind| validate::scattering_fault(&entry.over(kind, &MtlMaterial::grey(name))));

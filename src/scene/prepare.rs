@@ -5,6 +5,7 @@ use std::time::Instant;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
+use super::corners::{CornerRecord, corner_table};
 use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
 use super::environment::Environment;
 use super::margins::Margins;
@@ -43,6 +44,8 @@ pub struct Emitter {
     pub area: f64,
     /// Emitted radiance on the front side, W sr^-1 m^-2.
     pub radiance: [f32; 3],
+    /// The back emits as the front does.
+    pub two_sided: bool,
 }
 
 /// The bit of [`PreparedScene::classes`] that says: this triangle emits.
@@ -65,6 +68,8 @@ pub struct Features {
     pub emissive_triangles: usize,
     /// Something surrounds the scene.
     pub environment: bool,
+    /// Some triangle is part of a smooth surface.
+    pub smooth_normals: bool,
 }
 
 /// A scene ready to be rendered: immutable tables, all values finite. Indices are triangle ids in file order.
@@ -81,6 +86,8 @@ pub struct PreparedScene {
     pub render: RenderDesc,
     /// Per triangle id, what shading reads.
     pub triangles: Vec<TriangleRecord>,
+    /// Per triangle id, what its corners carry; empty if no surface is smooth.
+    pub corners: Vec<CornerRecord>,
     /// Per triangle id, the material's kind (low bits) and [`CLASS_EMITS`]: the sorting key of a hit.
     pub classes: Vec<u8>,
     /// Materials in use, sorted by kind.
@@ -126,12 +133,13 @@ impl PreparedScene {
         let (materials, material_index) = material_table(&desc.materials);
         let emitters = emitter_table(desc, &degenerate);
         let triangles = triangle_table(desc, &degenerate, &material_index, &emitters);
+        let corners = corner_table(desc, &triangles);
         let classes: Vec<u8> = triangles
             .iter()
             .map(|t| materials[t.material as usize].kind() as u8 | if t.light == NO_LIGHT { 0 } else { CLASS_EMITS })
             .collect();
-        let corners: Vec<[u32; 3]> = desc.triangles.iter().map(|t| t.vertices).collect();
-        let bvh = Bvh::build(&desc.positions, &corners, |id| !degenerate[id as usize]);
+        let vertices: Vec<[u32; 3]> = desc.triangles.iter().map(|t| t.vertices).collect();
+        let bvh = Bvh::build(&desc.positions, &vertices, |id| !degenerate[id as usize]);
         let uses = |kind: MaterialKind| classes.iter().zip(&degenerate).any(|(c, d)| !d && c & 0x7f == kind as u8);
         let features = Features {
             diffuse: uses(MaterialKind::Diffuse),
@@ -141,6 +149,7 @@ impl PreparedScene {
             plastic: uses(MaterialKind::Plastic),
             emissive_triangles: emitters.len(),
             environment: desc.environment.is_some(),
+            smooth_normals: !corners.is_empty(),
         };
         let mut scene = PreparedScene {
             name: desc.name.clone(),
@@ -149,6 +158,7 @@ impl PreparedScene {
             filter: desc.filter,
             render: desc.render,
             triangles,
+            corners,
             classes,
             materials,
             emitters,
@@ -169,6 +179,7 @@ impl PreparedScene {
     pub fn tables(&self) -> Vec<(&'static str, usize)> {
         let mut tables = vec![
             ("triangle records", size_of_val(&self.triangles[..])),
+            ("triangle corners", size_of_val(&self.corners[..])),
             ("triangle classes", size_of_val(&self.classes[..])),
             ("materials", size_of_val(&self.materials[..])),
             ("emissive triangles", size_of_val(&self.emitters[..])),
@@ -209,13 +220,15 @@ fn material_table(descs: &[MaterialDesc]) -> (Vec<MaterialRecord>, Vec<u32>) {
 }
 
 fn emitter_table(desc: &SceneDesc, degenerate: &[bool]) -> Vec<Emitter> {
-    let emission = |id: usize| desc.materials[desc.triangles[id].material as usize].emission;
+    let material = |id: usize| &desc.materials[desc.triangles[id].material as usize];
+    let emission = |id: usize| material(id).emission;
     (0..desc.triangles.len())
         .filter(|&id| !degenerate[id] && emission(id).iter().any(|&c| c as f32 > 0.0))
         .map(|id| Emitter {
             triangle: id as u32,
             area: 0.5 * double_area_vector(corners(desc, id)).length(),
             radiance: emission(id).map(|c| c as f32),
+            two_sided: material(id).two_sided,
         })
         .collect()
 }

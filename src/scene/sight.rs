@@ -17,7 +17,7 @@ const RAYS_OF_ONE: usize = 256;
 /// rays can tell. Of more than 512 emissive materials the first 512 are looked at.
 pub fn warnings(desc: &SceneDesc, scene: &PreparedScene) -> Vec<String> {
     let mut by_material: Vec<Vec<u32>> = vec![Vec::new(); desc.materials.len()];
-    for emitter in &scene.emitters {
+    for emitter in scene.emitters.iter().filter(|emitter| !emitter.two_sided) {
         by_material[desc.triangles[emitter.triangle as usize].material as usize].push(emitter.triangle);
     }
     let emissive = by_material.iter().filter(|triangles| !triangles.is_empty()).count();
@@ -28,7 +28,7 @@ pub fn warnings(desc: &SceneDesc, scene: &PreparedScene) -> Vec<String> {
         let name = &desc.materials[material].name;
         format!(
             "the emitter `{name}` sees nothing: emission is one-sided and its fronts face neither a surface nor the \
-             camera; flip the winding of its faces (`two_sided = true` comes in a later version)"
+             camera; flip the winding of its faces, or say `two_sided = true` under [material.{name}]"
         )
     };
     blind.map(warning).collect()

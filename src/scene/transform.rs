@@ -31,6 +31,17 @@ impl Transform {
         })
     }
 
+    /// The unit world normal of a surface with this object normal; zero if that is zero or not finite.
+    pub fn apply_to_normal(&self, n: [f32; 3]) -> [f32; 3] {
+        // A similarity turns normals as it turns points, and mirrors them too.
+        let n = n.map(|x| f64::from(x) * self.scale.signum());
+        let n = glam::DVec3::from_array(std::array::from_fn(|i| {
+            let r = self.rotation[i];
+            r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
+        }));
+        n.try_normalize().map_or([0.0; 3], |n| n.as_vec3().to_array())
+    }
+
     /// Whether it turns right hands into left hands: a winding that faced outwards then faces inwards.
     pub fn mirrors(&self) -> bool {
         self.scale < 0.0

@@ -120,6 +120,16 @@ pub fn check(scene: &SceneDesc) -> Result<()> {
     {
         return fail(format!("triangle {i} names a vertex or material that does not exist"));
     }
+    if !scene.corners.is_empty() && scene.corners.len() != scene.triangles.len() {
+        return fail("corners must be empty or one entry a triangle".into());
+    }
+    let unit_or_zero = |n: &[f32; 3]| {
+        let square: f64 = n.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
+        square == 0.0 || (square - 1.0).abs() < 1e-3
+    };
+    if let Some(i) = scene.corners.iter().position(|corner| !corner.normals.iter().all(unit_or_zero)) {
+        return fail(format!("triangle {i} has corner normals that are neither unit vectors nor zero"));
+    }
     for material in &scene.materials {
         if let Some(fault) = scattering_fault(&material.scattering) {
             return fail(format!("material `{}`: {fault}", material.name));

@@ -81,7 +81,12 @@ impl Maker {
     /// A material; its index.
     pub fn material(&mut self, scattering: octray::scene::desc::Scattering, emission: [f64; 3]) -> u32 {
         let name = format!("m{}", self.desc.materials.len());
-        self.desc.materials.push(octray::scene::desc::MaterialDesc { name, scattering, emission });
+        self.desc.materials.push(octray::scene::desc::MaterialDesc {
+            name,
+            scattering,
+            emission,
+            ..Default::default()
+        });
         self.desc.materials.len() as u32 - 1
     }
 

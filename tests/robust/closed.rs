@@ -80,7 +80,7 @@ fn no_ray_hits_again_the_triangle_it_leaves() {
             for i in 0..4000 {
                 let Some(Leaving { triangle, u, v, direction }) = leaving(&scene, i) else { continue };
                 let record = &scene.triangles[triangle as usize];
-                let at = single::surface::surface_point(record, u, v, -direction.as_vec3());
+                let at = single::surface::surface_point(record, None, u, v, -direction.as_vec3());
                 let ray = single::intersect::Ray {
                     origin: at.origin,
                     direction: direction.as_vec3(),
@@ -89,7 +89,7 @@ fn no_ray_hits_again_the_triangle_it_leaves() {
                 };
                 let hit = single::intersect::intersect(&scene.bvh, &ray, &mut stack32);
                 assert!(hit.is_none_or(|hit| hit.triangle != triangle), "{name} x {scale} at {shift}, f32, ray {i}");
-                let at = double::surface::surface_point(record, u as f64, v as f64, -direction);
+                let at = double::surface::surface_point(record, None, u as f64, v as f64, -direction);
                 let ray = double::intersect::Ray { origin: at.origin, direction, tmin: 0.0, tmax: f64::INFINITY };
                 let hit = double::intersect::intersect(&scene.bvh, &ray, &mut stack64);
                 assert!(hit.is_none_or(|hit| hit.triangle != triangle), "{name} x {scale} at {shift}, f64, ray {i}");

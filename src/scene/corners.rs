@@ -1,0 +1,52 @@
+//! The corner table: what smooth surfaces need of a triangle besides its record, one cache line each.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::desc::{CornerDesc, SceneDesc};
+use super::prepare::TriangleRecord;
+
+/// Not part of a smooth surface: shaded with the true normal.
+pub const FLAT: u32 = 0;
+/// Shaded with interpolated normals, too bent for rays to start off it.
+pub const SMOOTH: u32 = 1;
+/// Shaded with interpolated normals; rays start on the smooth surface.
+pub const LIFTED: u32 = 2;
+
+/// What a triangle's corners carry.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct CornerRecord {
+    /// Unit normals of the smooth surface, towards the front.
+    pub normals: [[f32; 3]; 3],
+    /// Makes the record 64 bytes.
+    pub spare: [u32; 6],
+    /// [`FLAT`], [`SMOOTH`] or [`LIFTED`].
+    pub smoothness: u32,
+}
+
+/// Normals closer to the true one than this (as the sine of the angle) are the true one, written with few digits: a flat
+/// surface, which needs no interpolation.
+const FLAT_SINE: f32 = 2e-4;
+
+/// From normals that lean further from the true one than this (as the cosine of the angle, 45 degrees) no ray is lifted.
+/// Such normals lend a box round edges; the smooth surface they describe stands so far off that rays from it could start
+/// behind a neighbouring wall.
+const LIFT_COSINE: f32 = std::f32::consts::FRAC_1_SQRT_2;
+
+/// The table of a scene; empty if no triangle needs it.
+pub fn corner_table(desc: &SceneDesc, triangles: &[TriangleRecord]) -> Vec<CornerRecord> {
+    let records: Vec<CornerRecord> = desc.corners.iter().zip(triangles).map(|(c, t)| record(c, t)).collect();
+    if records.iter().all(|record| record.smoothness == FLAT) { Vec::new() } else { records }
+}
+
+fn record(corner: &CornerDesc, triangle: &TriangleRecord) -> CornerRecord {
+    let front = Vec3::from(triangle.normal);
+    let normals = corner.normals.map(|n| if n == [0.0; 3] { front } else { Vec3::from(n) });
+    let smoothness = match () {
+        _ if normals.iter().all(|n| n.cross(front).length() < FLAT_SINE && n.dot(front) > 0.0) => FLAT,
+        _ if normals.iter().all(|n| n.dot(front) > LIFT_COSINE) => LIFTED,
+        _ => SMOOTH,
+    };
+    CornerRecord { normals: normals.map(|n| n.to_array()), spare: [0; 6], smoothness }
+}
