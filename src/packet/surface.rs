@@ -9,9 +9,10 @@ use crate::scene::prepare::TriangleRecord;
 /// Rounding moves a number by at most this fraction of it.
 pub const HALF_ULP: f32 = 1.0 / 16_777_216.0;
 
-/// Offsets are this many half-ulps of the summed sizes of the coordinates that made the point: the barycentric sum itself
-/// and the next ray's triangle test each err by a few (pbrt-v4 section 6.8). On every mesh measured no ray hit again the
-/// triangle it left from 3 on, in a wedge of 10 degrees from 8 on; the scalar twin's comment has the figures.
+/// Offsets are this many half-ulps of the summed sizes of the coordinates that made the point: the barycentric sum
+/// itself and the next ray's triangle test each err by a few (pbrt-v4 section 6.8). On every mesh measured no ray hit
+/// again the triangle it left from 3 on, in a wedge of 10 degrees from 8 on; the scalar twin's comment has the
+/// figures.
 pub const OFFSET_HALF_ULPS: f32 = 8.0;
 
 /// Shading normals are bent towards the viewers until they make at least this cosine with the rays (or, nearly along the
@@ -149,8 +150,8 @@ impl SurfacePoints {
     }
 }
 
-/// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move off
-/// it ([`crate::scene::margins`]), all others stay where they are.
+/// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move
+/// off it ([`crate::scene::margins`]), all others stay where they are.
 #[inline(always)]
 fn inset_weights(u: F32x8, v: F32x8, inset: F32x8) -> [F32x8; 3] {
     let (u, v) = (u.max(inset), v.max(inset));

@@ -11,12 +11,12 @@ pub const HALF_ULP: Real = Real::EPSILON * 0.5;
 /// Offsets are this many half-ulps of the coordinates that made the point.
 ///
 /// The position is a barycentric sum: its rounding error is below gamma(4) times the sum of |weight x coordinate|
-/// (pbrt-v4 section 6.8.5); the triangle test of the next ray adds a few half-ulps of the same sum, along every axis, since
-/// its shear mixes them. Measured, as rays that hit again the triangle they leave (3e5 points a mesh, most of them next to
-/// edges and corners, cosine and grazing directions; spheres, boxes, spot, bunny, teapot; sizes 1e-6, 1 and 1e6, at 0 to 1e3
-/// sizes from the origin): at 0 half-ulps 45 %, at 1 1 %, at 2 7e-4, from 3 on none; a wedge of 10 degrees needs 8. More
-/// would only move contact shadows and carry more points through the walls of acute corners. Slivers need more: see
-/// [`crate::scene::margins`].
+/// (pbrt-v4 section 6.8.5); the triangle test of the next ray adds a few half-ulps of the same sum, along every axis,
+/// since its shear mixes them. Measured, as rays that hit again the triangle they leave (3e5 points a mesh, most of
+/// them next to edges and corners, cosine and grazing directions; spheres, boxes, spot, bunny, teapot; sizes 1e-6, 1
+/// and 1e6, at 0 to 1e3 sizes from the origin): at 0 half-ulps 45 %, at 1 1 %, at 2 7e-4, from 3 on none; a wedge of
+/// 10 degrees needs 8. More would only move contact shadows and carry more points through the walls of acute corners.
+/// Slivers need more: see [`crate::scene::margins`].
 pub const OFFSET_HALF_ULPS: Real = 8.0;
 
 /// Shading normals are bent towards the viewer until they make at least this cosine with the ray (or, nearly along the
@@ -121,8 +121,8 @@ impl SurfacePoint {
     }
 }
 
-/// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move off
-/// it ([`crate::scene::margins`]), all others stay where they are.
+/// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move
+/// off it ([`crate::scene::margins`]), all others stay where they are.
 fn inset_weights(u: Real, v: Real, inset: Real) -> [Real; 3] {
     let u = if u > inset { u } else { inset };
     let v = if v > inset { v } else { inset };

@@ -1,11 +1,11 @@
 //! What the shape of a triangle adds to the care with which rays leave it.
 //!
 //! The triangle test finds `t` from barycentric weights. Their rounding error is 2^-24 times the triangle's *aspect*
-//! (longest edge over height), so on a sliver `t` is off by up to 2^-24 x longest edge x aspect: a ray may then hit the
-//! triangle it has just left, from the wrong side, and go on behind it. Measured: a closed prism of aspect 500 lost 4.7 % of
-//! its rays at every bounce while slivers had no offset of their own; with half that bound as offset it loses 4e-7. Of
-//! 1.5 million bounces in a staircase with mouldings of aspect 1,500, 982 hit the triangle they left, now 8 (aspect 6,000
-//! and more); in Sponza 57 of 0.74 million, now none.
+//! (longest edge over height), so on a sliver `t` is off by up to 2^-24 x longest edge x aspect: a ray may then hit
+//! the triangle it has just left, from the wrong side, and go on behind it. Measured: a closed prism of aspect 500
+//! lost 4.7 % of its rays at every bounce while slivers had no offset of their own; with half that bound as offset it
+//! loses 4e-7. Of 1.5 million bounces in a staircase with mouldings of aspect 1,500, 982 hit the triangle they left,
+//! now 8 (aspect 6,000 and more); in Sponza 57 of 0.74 million, now none.
 
 use glam::DVec3;
 
@@ -22,16 +22,16 @@ const LARGEST_INSET: f64 = (1u32 << 20) as f64;
 /// Margins of one triangle; shading multiplies them with its half-ulp (2^-24 in f32).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Margins {
-    /// Scene units that slivers add to the offset of rays; 0 for triangles of ordinary shape. Never more than an eighth of
-    /// the height once multiplied with 2^-24: beyond an aspect of about 2,000 f32 cannot have both, and false hits come
-    /// back (at 5,000 1.3e-3 of the rays, 11 % without).
+    /// Scene units that slivers add to the offset of rays; 0 for triangles of ordinary shape. Never more than an
+    /// eighth of the height once multiplied with 2^-24: beyond an aspect of about 2,000 f32 cannot have both, and
+    /// false hits come back (at 5,000 1.3e-3 of the rays, 11 % without).
     pub sliver: f32,
-    /// The least barycentric weight of a point that rays leave: it then keeps 32 half-ulps off the edges of a triangle of
-    /// ordinary shape, so that rounding does not put it behind the wall that meets it there. Points elsewhere do not move
-    /// (drawing all of them towards the centre was tried: on a ground of 9,000 units it moved them by 0.07). Measured at 10
-    /// and 1,000 scene sizes from the origin, rays lost at every bounce in a closed mesh without and with it: a box 3e-7
-    /// and 3e-5, then none of 2.6e7; a corner of 45 degrees 1e-5 and 9e-4, then none; of 10 degrees 4e-6 and 4e-4, then
-    /// 8e-7 and 7e-5.
+    /// The least barycentric weight of a point that rays leave: it then keeps 32 half-ulps off the edges of a
+    /// triangle of ordinary shape, so that rounding does not put it behind the wall that meets it there. Points
+    /// elsewhere do not move (drawing all of them towards the centre was tried: on a ground of 9,000 units it moved
+    /// them by 0.07). Measured at 10 and 1,000 scene sizes from the origin, rays lost at every bounce in a closed
+    /// mesh without and with it: a box 3e-7 and 3e-5, then none of 2.6e7; a corner of 45 degrees 1e-5 and 9e-4, then
+    /// none; of 10 degrees 4e-6 and 4e-4, then 8e-7 and 7e-5.
     pub inset: f32,
 }
 

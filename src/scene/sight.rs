@@ -27,8 +27,8 @@ pub fn warnings(desc: &SceneDesc, scene: &PreparedScene) -> Vec<String> {
     let warning = |(material, _): (usize, _)| {
         let name = &desc.materials[material].name;
         format!(
-            "the emitter `{name}` sees nothing: emission is one-sided and its fronts face neither a surface nor the camera; \
-             flip the winding of its faces, or say `two_sided = true` under [material.{name}]"
+            "the emitter `{name}` sees nothing: emission is one-sided and its fronts face neither a surface nor the \
+             camera; flip the winding of its faces, or say `two_sided = true` under [material.{name}]"
         )
     };
     blind.map(warning).collect()
@@ -77,8 +77,8 @@ struct Start {
 }
 
 impl Start {
-    /// Ray number `ray`: a point uniform over the triangle, a direction by the cosine about its front normal. The address
-    /// of its numbers is one that no camera sample has: these rays decide no picture.
+    /// Ray number `ray`: a point uniform over the triangle, a direction by the cosine about its front normal. The
+    /// address of its numbers is one that no camera sample has: these rays decide no picture.
     fn new(scene: &PreparedScene, triangle: u32, ray: u32) -> Start {
         let record = &scene.triangles[triangle as usize];
         let [a, b, c] = record.vertices.map(Vec3::from);

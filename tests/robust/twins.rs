@@ -6,8 +6,8 @@ use glam::DVec3;
 use octray::scene::desc::{CameraDesc, EnvironmentDesc, Scattering, SceneDesc};
 use octray::{Film, PreparedScene, Settings, Strategy};
 
-/// A room with a lamp, a mirror ball and a stone, of size 2, skewed, its corners rounded to multiples of 2^-11 so that a
-/// shift by up to 2^13 units is exact.
+/// A room with a lamp, a mirror ball and a stone, of size 2, skewed, its corners rounded to multiples of 2^-11 so
+/// that a shift by up to 2^13 units is exact.
 fn room() -> SceneDesc {
     let mut maker = Maker::default();
     let wall = maker.diffuse([0.7, 0.6, 0.5], [0.0; 3]);
