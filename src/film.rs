@@ -28,6 +28,11 @@ impl Pixel {
         }
         true
     }
+
+    /// Sum of the squared deviations of `n` samples from their mean, in one channel; never below 0, as rounding might have it.
+    fn squared_deviations(&self, channel: usize, n: f64) -> f64 {
+        (self.sum_squares[channel] - self.sum[channel] * self.sum[channel] / n).max(0.0)
+    }
 }
 
 /// A sample that was not finite: where it arose. Such samples never reach the film's sums.
@@ -79,10 +84,7 @@ impl Film {
         if self.spp < 2 {
             return [0.0; 3];
         }
-        std::array::from_fn(|c| {
-            let deviations = pixel.sum_squares[c] - pixel.sum[c] * pixel.sum[c] / n;
-            (deviations.max(0.0) / (n - 1.0) / n) as f32
-        })
+        std::array::from_fn(|c| (pixel.squared_deviations(c, n) / (n - 1.0) / n) as f32)
     }
 
     /// The mean radiance of the picture, per channel.
@@ -130,7 +132,7 @@ impl ErrorSums {
         }
         let n = spp as f64;
         for pixel in pixels {
-            let deviations = |c: usize| (pixel.sum_squares[c] - pixel.sum[c] * pixel.sum[c] / n).max(0.0);
+            let deviations = |c: usize| pixel.squared_deviations(c, n);
             let variance = (deviations(0) + deviations(1) + deviations(2)) / (3.0 * n * (n - 1.0));
             sums.variance += variance;
             sums.variance_squares += variance * variance;

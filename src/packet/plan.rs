@@ -102,11 +102,6 @@ impl Plan {
         }
     }
 
-    /// Whether `stage` runs.
-    pub fn has(&self, stage: Stage) -> bool {
-        self.stages.iter().any(|s| s.stage == stage.name())
-    }
-
     /// One thread's queues.
     pub fn tile_state(&self, capacity: usize) -> TileState {
         TileState::new(capacity, self.needs, self.shadow_tmax.unwrap_or(1.0))
@@ -133,10 +128,8 @@ fn variants<const DETAIL: bool>(strategy: Strategy) -> [(Stage, SurfaceStage); 5
 
 fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
     let strategy = setup.strategy.name();
-    let lights = match (needs.shadow, setup.strategy) {
-        (false, _) => String::new(),
-        (true, _) => format!(", light sample ({})", selection_name(&setup.lights)),
-    };
+    let lights =
+        if needs.shadow { format!(", light sample ({})", selection_name(&setup.lights)) } else { String::new() };
     let textures = if setup.scene.features.textures { ", textures" } else { "" };
     let normals = if setup.scene.features.smooth_normals { ", smooth normals" } else { "" };
     let roulette = if setup.rr_depth == u32::MAX || setup.rr_depth > setup.max_depth { "" } else { ", roulette" };
