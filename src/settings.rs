@@ -66,6 +66,8 @@ named_choice! {
         Uniform = "uniform",
         /// In proportion to emitted power.
         Power = "power",
+        /// By what each light can send to the point, found in a tree ([`crate::scene::light_tree`]).
+        Tree = "tree",
     }
 }
 

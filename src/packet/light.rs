@@ -1,6 +1,7 @@
 //! Light sampling for eight surface points at a time.
 
 use super::environment::{map_pdf_dir, sample_map};
+use super::light_tree::{Receivers, choose_lights, light_probabilities};
 use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
@@ -28,16 +29,16 @@ pub struct LightSamples {
 
 /// Draws a light sample for every lane from the words of [`crate::sampler::light_block`].
 #[inline(always)]
-pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, words: [U32x8; 4]) -> LightSamples {
+pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, active: Mask8, words: [U32x8; 4]) -> LightSamples {
     let (word, fork) = (words[0], words[3] << 1);
     let u = [unit_x8(words[1]), unit_x8(words[2])];
     match (lights.environment, lights.records.is_empty()) {
-        (None, _) => sample_triangles(lights, points, word, u),
+        (None, _) => sample_triangles(lights, points, active, word, u),
         (Some(environment), true) => sample_environment(lights, environment, points, [word, fork], u),
         (Some(environment), false) => {
             let sky = (word >> 31).eq(U32x8::splat(1));
             let a = sample_environment(lights, environment, points, [word << 1, fork], u);
-            let b = sample_triangles(lights, points, word << 1, u);
+            let b = sample_triangles(lights, points, active.and_not(sky), word << 1, u);
             LightSamples {
                 valid: (sky & a.valid) | b.valid.and_not(sky),
                 direction: sky.select_vec3(a.direction, b.direction),
@@ -51,10 +52,11 @@ pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, words: [U32x8;
     }
 }
 
-/// The emitters that eight selection words choose.
+/// The emitters that eight selection words choose where places do not matter.
 #[inline(always)]
 fn choose_triangles(lights: &LightTable, word: U32x8) -> U32x8 {
     match lights.selection {
+        Selection::Tree(_) => unreachable!("the tree chooses by place"),
         Selection::None | Selection::Single => U32x8::ZERO,
         Selection::Uniform => word.multiply_high(U32x8::splat(lights.records.len() as u32)),
         // A table lookup a lane: the scalar rule is the lane rule.
@@ -74,8 +76,19 @@ pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights
 }
 
 #[inline(always)]
-fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
-    let chosen = choose_triangles(lights, word);
+fn sample_triangles(
+    lights: &LightTable,
+    points: &SurfacePoints,
+    active: Mask8,
+    word: U32x8,
+    u: [F32x8; 2],
+) -> LightSamples {
+    let (chosen, probability) = match &lights.selection {
+        Selection::Tree(tree) => {
+            choose_lights(tree, &Receivers { origin: points.origin, normal: points.normal }, active, word)
+        }
+        _ => (choose_triangles(lights, word), F32x8::ONE),
+    };
     let columns = gather_records(&lights.records, chosen);
     let weights = sample_uniform_triangle(u);
     let (position, offset) = point_and_offset(&vertices(&columns), weights, F32x8::ZERO);
@@ -92,7 +105,7 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
         light_normal = behind.select_vec3(-light_normal, light_normal);
         pdf_area = pdf_area.abs();
     }
-    let pdf_dir = pdf_area * distance_squared / light_cosine;
+    let pdf_dir = pdf_area * probability * distance_squared / light_cosine;
     let zero = F32x8::ZERO;
     LightSamples {
         direction,
@@ -103,6 +116,23 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
         shadow_direction: (position + light_normal.scale(offset)) - points.origin,
         shadow_tmax: F32x8::ONE,
     }
+}
+
+/// Densities per steradian with which [`sample_lights`] would have drawn, for `receivers`, the points that rays hit: at
+/// distances `t`, on the `light`s, whose densities by area are `pdf_area`; see the scalar twin.
+#[inline(always)]
+pub fn light_pdf_dir(
+    lights: &LightTable,
+    receivers: &Receivers,
+    active: Mask8,
+    light: U32x8,
+    (pdf_area, t, light_cosine): (F32x8, F32x8, F32x8),
+) -> F32x8 {
+    let probability = match &lights.selection {
+        Selection::Tree(tree) => light_probabilities(tree, receivers, active, light),
+        _ => F32x8::ONE,
+    };
+    pdf_area * probability * (t * t) / light_cosine
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance.

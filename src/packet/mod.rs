@@ -12,6 +12,7 @@ pub mod counters;
 pub mod environment;
 pub mod generate_camera_rays;
 pub mod light;
+pub mod light_tree;
 pub mod microfacet;
 pub mod mis;
 pub mod plan;

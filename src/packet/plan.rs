@@ -10,7 +10,7 @@ use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
 use crate::bvh::{RayKind, Walk};
 use crate::scene::desc::PixelFilter;
-use crate::scene::lights::{EnvironmentLight, selection_name};
+use crate::scene::lights::{EnvironmentLight, Selection, selection_name};
 use crate::settings::Strategy;
 use crate::setup::Setup;
 
@@ -70,6 +70,7 @@ impl Plan {
         let needs = QueueNeeds {
             pdf,
             cosine: pdf && glossy && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_))),
+            normal: pdf && matches!(setup.lights.selection, Selection::Tree(_)),
             misses: scene.environment.is_some() && emission_counts,
             emitters: !scene.emitters.is_empty() && emission_counts,
             diffuse: features.diffuse && events,

@@ -70,12 +70,13 @@ pub(super) fn draw_light<const DETAIL: bool>(
     let words = random_words_x8(hits.pixel, hits.sample, light_block(event), setup.seed);
     let one_sample = strategy == Strategy::MisOneSample;
     let chosen = if one_sample { unit_x8(words[3]).lt(F32x8::splat(0.5)) } else { Mask8::NONE };
-    let light = sample_lights(&setup.lights, &hits.points, words);
-    let mut active = hits.active & light.valid;
+    let wanted = if one_sample { hits.active & chosen } else { hits.active };
+    let light = sample_lights(&setup.lights, &hits.points, wanted, words);
+    let mut active = wanted & light.valid;
     if DETAIL {
         active = active & light.direction.dot(hits.points.true_normal).gt(F32x8::ZERO);
     }
-    DirectLight { light, active: if one_sample { active & chosen } else { active }, chosen }
+    DirectLight { light, active, chosen }
 }
 
 /// Puts light samples that can contribute into the shadow queue, finished but for their visibility. `f_cosine`: BSDF times
@@ -169,6 +170,9 @@ pub(super) fn go_on(
     }
     if plan.needs.cosine {
         bounce.cosine.compress(bits).store(&mut next.cosine, at);
+    }
+    if plan.needs.normal {
+        next.normal.append(at, hits.points.normal, bits);
     }
     (hits.slot | bounce.flags).compress(bits).store(&mut next.slot, at);
     next.len += bits.count_ones() as usize;

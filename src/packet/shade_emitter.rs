@@ -1,6 +1,7 @@
 //! Stage: rays that hit an emitter find its emission, weighed by what light sampling would have found.
 
-use super::light::emitted;
+use super::light::{emitted, light_pdf_dir};
+use super::light_tree::Receivers;
 use super::mis;
 use super::plan::Plan;
 use super::state::{COUNTS_ONE, COUNTS_ZERO, SLOT, TileState};
@@ -33,8 +34,12 @@ pub fn shade_emitter(setup: &Setup, plan: &Plan, state: &mut TileState) {
         }
         let slot = U32x8::gather(&paths.slot, row);
         let weight = if plan.needs.pdf {
-            let t = gather(&hits.t);
-            let pdf_light = pdf_area * (t * t) / light_cosine;
+            let normal = if plan.needs.normal { paths.normal.gather(row) } else { normal };
+            let rays = &paths.rays;
+            let origin = Vec3x8::new(gather(&rays.ox), gather(&rays.oy), gather(&rays.oz));
+            let asks = active & (slot & U32x8::splat(COUNTS_ONE | COUNTS_ZERO)).eq(U32x8::ZERO) & shines;
+            let found = (pdf_area, gather(&hits.t), light_cosine);
+            let pdf_light = light_pdf_dir(&setup.lights, &Receivers { origin, normal }, asks, index, found);
             emission_weight(setup.strategy, slot, gather(&paths.pdf_dir), pdf_light)
         } else {
             emission_weight(setup.strategy, slot, F32x8::ONE, F32x8::ONE)

@@ -70,6 +70,8 @@ pub struct PathQueue {
     /// Cosine between the direction and the normal where it was drawn; kept only where MIS needs it for a constant
     /// environment and the density does not tell it.
     pub cosine: Vec<f32>,
+    /// Unit normal where the direction was drawn; kept only where MIS asks the light tree.
+    pub normal: Columns3,
     /// The path's slot in [`Slots`], and its flags.
     pub slot: Vec<u32>,
     /// Rows in use.
@@ -142,6 +144,7 @@ impl PathQueue {
             beta: Columns3::with_len(capacity),
             pdf_dir: column(needs.pdf),
             cosine: column(needs.cosine),
+            normal: Columns3::with_len(if needs.normal { capacity } else { 0 }),
             slot: words(capacity),
             len: 0,
         }
@@ -230,6 +233,8 @@ pub struct QueueNeeds {
     pub pdf: bool,
     /// Cosines of directions.
     pub cosine: bool,
+    /// Normals where directions were drawn.
+    pub normal: bool,
     /// Rays that left the scene.
     pub misses: bool,
     /// Hits on emitters.

@@ -45,6 +45,8 @@ pub mod environment;
 pub mod intersect;
 #[path = "light.rs"]
 pub mod light;
+#[path = "light_tree.rs"]
+pub mod light_tree;
 #[path = "microfacet.rs"]
 pub mod microfacet;
 #[path = "mis.rs"]

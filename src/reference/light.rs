@@ -1,12 +1,13 @@
 //! Light sampling: choose a light, choose a point or a direction, and say with which density.
 
 use super::environment::{map_pdf_dir, sample_map, texel_index};
+use super::light_tree::{Receiver, choose_light, light_probability};
 use super::surface::{SurfacePoint, point_and_offset};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use super::{Real, Vec3, vec3};
 use crate::sampler::unit;
-use crate::scene::lights::{EnvironmentLight, LightPictures, LightRecord, LightTable};
+use crate::scene::lights::{EnvironmentLight, LightPictures, LightTable, Selection};
 use crate::scene::textures::NO_TEXTURE;
 
 /// A light sample as seen from a surface point.
@@ -34,7 +35,10 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
     if environment {
         return sample_environment(lights, point, [word, words[3] << 1], u);
     }
-    let chosen = lights.choose_triangle(word);
+    let (chosen, probability) = match &lights.selection {
+        Selection::Tree(tree) => choose_light(tree, &Receiver { origin: point.origin, normal: point.normal }, word)?,
+        _ => (lights.choose_triangle(word), 1.0),
+    };
     let light = &lights.records[chosen as usize];
     let weights = sample_uniform_triangle(u);
     let (position, offset) = point_and_offset(&light.vertices, weights, 0.0);
@@ -53,7 +57,7 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
     if !(cosine > 0.0 && light_cosine > 0.0) {
         return None;
     }
-    let pdf_dir = light.pdf_area() as Real * distance_squared / light_cosine;
+    let pdf_dir = light.pdf_area() as Real * probability * distance_squared / light_cosine;
     if !(pdf_dir > 0.0) {
         return None;
     }
@@ -100,10 +104,15 @@ pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
     }
 }
 
-/// Density per steradian with which [`sample_light`] would have drawn the point a BSDF ray hit: at distance `t`, on a
-/// side of `light` that emits, where the ray's direction makes `light_cosine` with that side's (reversed) normal.
-pub fn light_pdf_dir(light: &LightRecord, t: Real, light_cosine: Real) -> Real {
-    light.pdf_area() as Real * (t * t) / light_cosine
+/// Density per steradian with which [`sample_light`] would have drawn, for `receiver`, the point a BSDF ray hit: at
+/// distance `t`, on a side of `light` that emits, where the ray's direction makes `light_cosine` with that side's
+/// (reversed) normal.
+pub fn light_pdf_dir(lights: &LightTable, receiver: &Receiver, light: u32, t: Real, light_cosine: Real) -> Real {
+    let probability = match &lights.selection {
+        Selection::Tree(tree) => light_probability(tree, receiver, light),
+        _ => 1.0,
+    };
+    lights.records[light as usize].pdf_area() as Real * probability * (t * t) / light_cosine
 }
 
 /// The radiance that a ray in direction `direction` finds when it leaves the scene, and the density per steradian with

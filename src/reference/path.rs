@@ -3,6 +3,7 @@
 use super::bsdf::BsdfSample;
 use super::intersect::{Ray, intersect, occluded, stack};
 use super::light::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
+use super::light_tree::Receiver;
 use super::surface::{SurfacePoint, surface_point};
 use super::texture::look_up;
 use super::warp::sample_uniform_disk;
@@ -35,8 +36,8 @@ pub struct PathResult {
 enum Previous {
     /// Camera ray or delta lobe: light sampling could not have found it. Counts 1.
     Certain,
-    /// A direction drawn with this density per steradian and this cosine at the surface.
-    Drawn { pdf_dir: Real, cosine: Real },
+    /// A direction drawn with this density per steradian and this cosine at the surface with this normal.
+    Drawn { pdf_dir: Real, cosine: Real, normal: Vec3 },
     /// The one-sample strategy's coin chose the light: counts 0.
     LightChosen,
 }
@@ -47,6 +48,14 @@ impl Previous {
         match self {
             Previous::Drawn { cosine, .. } => cosine,
             _ => 0.0,
+        }
+    }
+
+    /// The normal at the surface where light sampling could have drawn the direction.
+    fn normal(self) -> Vec3 {
+        match self {
+            Previous::Drawn { normal, .. } => normal,
+            _ => Vec3::ZERO,
         }
     }
 }
@@ -88,9 +97,11 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
 
         // shade_emitter
         let light = setup.lights.records.get(triangle.light as usize);
-        if let Some(light) = light.filter(|light| point.front || light.two_sided()) {
+        if light.is_some_and(|light| point.front || light.two_sided()) {
             let light_cosine = -point.true_normal.dot(ray.direction);
-            let weight = emission_weight(setup, previous, light_pdf_dir(light, hit.t, light_cosine));
+            let receiver = Receiver { origin: ray.origin, normal: previous.normal() };
+            let pdf_light = light_pdf_dir(&setup.lights, &receiver, triangle.light, hit.t, light_cosine);
+            let weight = emission_weight(setup, previous, pdf_light);
             let radiance = emitted(&setup.lights, triangle.light, [1.0 - hit.u - hit.v, hit.u, hit.v]);
             let gain = step.beta * radiance * weight;
             step.radiance += gain;
@@ -138,7 +149,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         let Some(kept) = point.keep_side(bounce.direction, bounce.delta) else { break };
         bounce.direction = kept;
         step.beta *= bounce.factor;
-        previous = remember(setup, &bounce, light_chosen);
+        previous = remember(setup, &bounce, light_chosen, point.normal);
         step.note(Event { direction: bounce.direction, pdf: bounce.pdf_dir, ..here(kind.name()) });
         step.depth += 1;
 
@@ -281,13 +292,13 @@ fn emission_can_count(setup: &Setup, previous: Previous) -> bool {
     lit && !excluded
 }
 
-fn remember(setup: &Setup, bounce: &BsdfSample, light_chosen: bool) -> Previous {
+fn remember(setup: &Setup, bounce: &BsdfSample, light_chosen: bool, normal: Vec3) -> Previous {
     if bounce.delta {
         Previous::Certain
     } else if setup.strategy == Strategy::MisOneSample && light_chosen {
         Previous::LightChosen
     } else {
-        Previous::Drawn { pdf_dir: bounce.pdf_dir, cosine: bounce.cosine }
+        Previous::Drawn { pdf_dir: bounce.pdf_dir, cosine: bounce.cosine, normal }
     }
 }
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 
 use super::environment::{Distribution, Environment, EnvironmentMap};
+use super::light_tree::LightTree;
 use super::prepare::{Emitter, PreparedScene, TriangleRecord};
 use super::textures::{NO_TEXTURE, TextureTable};
 use crate::sampler::index_below;
@@ -24,8 +25,8 @@ pub struct LightRecord {
     pub normal: [f32; 3],
     /// Emitted radiance, W sr^-1 m^-2.
     pub radiance: [f32; 3],
-    /// Density of light samples on this triangle, per unit area: selection probability over area. Its sign bit says that
-    /// both sides emit.
+    /// Density of light samples on this triangle, per unit area: selection probability over area. (Under
+    /// [`Selection::Tree`] the tree's own probability is still to be multiplied.) Its sign bit says that both sides emit.
     pub signed_pdf_area: f32,
 }
 
@@ -61,7 +62,7 @@ pub struct AliasColumn {
 }
 
 /// What decides which light a sample goes to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum Selection {
     /// No emissive triangle.
     None,
@@ -71,6 +72,8 @@ pub enum Selection {
     Uniform,
     /// By power.
     Alias(Vec<AliasColumn>),
+    /// By what they can send to the point that asks.
+    Tree(LightTree),
 }
 
 /// The environment as a light.
@@ -107,11 +110,12 @@ impl<'a> LightTable<'a> {
             (Some(_), 0) => 1.0,
             (Some(_), _) => 0.5,
         };
-        let weights: Vec<f64> = match lights {
-            Lights::Uniform => vec![1.0; count],
-            Lights::Power => scene.emitters.iter().map(|emitter| power(scene, emitter)).collect(),
-        };
-        let total: f64 = weights.iter().sum();
+        let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
+        let tree = (lights == Lights::Tree)
+            .then(|| LightTree::new(&scene.emitters, &scene.triangles, &powers()))
+            .flatten();
+        let weights = if lights == Lights::Power { powers() } else { vec![1.0; count] };
+        let total: f64 = if tree.is_some() { 1.0 } else { weights.iter().sum() };
         let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
         let records = scene.emitters.iter().enumerate().map(|(i, emitter)| {
             let triangle = &scene.triangles[emitter.triangle as usize];
@@ -122,11 +126,12 @@ impl<'a> LightTable<'a> {
                 signed_pdf_area: (probability(i) / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
             }
         });
-        let selection = match (count, lights) {
-            (0, _) => Selection::None,
-            (1, _) => Selection::Single,
-            (_, Lights::Uniform) => Selection::Uniform,
-            (_, Lights::Power) => Selection::Alias(alias_table(&weights, total)),
+        let selection = match (count, lights, tree) {
+            (0, ..) => Selection::None,
+            (1, ..) => Selection::Single,
+            (_, _, Some(tree)) => Selection::Tree(tree),
+            (_, Lights::Power, _) => Selection::Alias(alias_table(&weights, total)),
+            (_, Lights::Uniform | Lights::Tree, _) => Selection::Uniform,
         };
         let environment = scene.environment.as_ref().map(|environment| match environment {
             Environment::Constant(radiance) => EnvironmentLight::Constant(*radiance),
@@ -157,11 +162,12 @@ impl<'a> LightTable<'a> {
         }
     }
 
-    /// The emitter that a selection word chooses.
+    /// The emitter that a selection word chooses where the place does not matter (else the engines walk the tree).
     #[inline]
     pub fn choose_triangle(&self, word: u32) -> u32 {
         match &self.selection {
             Selection::None | Selection::Single => 0,
+            Selection::Tree(_) => unreachable!("the tree chooses by place"),
             Selection::Uniform => index_below(word, self.records.len() as u32),
             Selection::Alias(columns) => {
                 let column = index_below(word, columns.len() as u32);
@@ -175,8 +181,10 @@ impl<'a> LightTable<'a> {
     /// The tables and their sizes in bytes.
     pub fn tables(&self) -> Vec<(&'static str, usize)> {
         let mut tables = vec![("light records", size_of_val(&self.records[..]))];
-        if let Selection::Alias(columns) = &self.selection {
-            tables.push(("light alias table", size_of_val(&columns[..])));
+        match &self.selection {
+            Selection::Alias(columns) => tables.push(("light alias table", size_of_val(&columns[..]))),
+            Selection::Tree(tree) => tables.push(("light tree", tree.bytes())),
+            _ => {}
         }
         tables.retain(|table| table.1 > 0);
         tables
@@ -232,6 +240,7 @@ pub fn selection_name(table: &LightTable) -> String {
         Selection::Single => Some("single light"),
         Selection::Uniform => Some("uniform"),
         Selection::Alias(_) => Some("power (alias table)"),
+        Selection::Tree(_) => Some("light tree"),
     };
     let environment = table.environment.map(|environment| match environment {
         EnvironmentLight::Constant(_) => "constant environment, by cosine",

@@ -10,6 +10,7 @@ pub mod corners;
 pub mod desc;
 pub mod environment;
 mod facade;
+pub mod light_tree;
 pub mod lights;
 pub mod load;
 pub mod margins;
