@@ -6,7 +6,7 @@
 
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::sampler::unit_x8;
-use crate::scene::light_tree::{COSINE_MARGIN, LEAF, LEAST_COSINE, LEAST_SHARE, LightNode, LightTree, PAIR, WIDTH};
+use crate::scene::light_tree::{LEAF, LEAST_COSINE, LEAST_SHARE, LightNode, LightTree, PAIR, WIDTH};
 
 /// Eight places where a light is wanted, with the normals of the surfaces there.
 #[derive(Clone, Copy)]
@@ -121,9 +121,11 @@ impl Walk {
             let vector = |v: &[[f32; WIDTH]; 3]| Vec3x8::new(load(&v[0]), load(&v[1]), load(&v[2]));
             let clusters = Clusters {
                 center: vector(&node.center),
-                radius_squared: load(&node.radius_squared),
+                half: vector(&node.half),
                 axis: vector(&node.axis),
-                cone: (load(&node.sin_cone), load(&node.cos_cone)),
+                spread: load(&node.spread),
+                depth: load(&node.depth),
+                blur: load(&node.blur),
                 power: load(&node.power),
             };
             rows[lane] = clusters.importance(splat(&origin), splat(&normal));
@@ -168,14 +170,16 @@ fn sum(columns: &[F32x8; WIDTH]) -> F32x8 {
 #[inline(always)]
 fn for_eight_points(node: &LightNode, receivers: &Receivers) -> [F32x8; WIDTH] {
     let mut importances = [F32x8::ZERO; WIDTH];
-    for (column, importance) in importances.iter_mut().enumerate().take(node.count as usize) {
+    for (column, importance) in importances.iter_mut().enumerate().take_while(|(column, _)| node.power[*column] > 0.0) {
         let splat = |columns: &[f32; WIDTH]| F32x8::splat(columns[column]);
         let vector = |v: &[[f32; WIDTH]; 3]| Vec3x8::new(splat(&v[0]), splat(&v[1]), splat(&v[2]));
         let clusters = Clusters {
             center: vector(&node.center),
-            radius_squared: splat(&node.radius_squared),
+            half: vector(&node.half),
             axis: vector(&node.axis),
-            cone: (splat(&node.sin_cone), splat(&node.cos_cone)),
+            spread: splat(&node.spread),
+            depth: splat(&node.depth),
+            blur: splat(&node.blur),
             power: splat(&node.power),
         };
         *importance = clusters.importance(receivers.origin, receivers.normal);
@@ -186,47 +190,43 @@ fn for_eight_points(node: &LightNode, receivers: &Receivers) -> [F32x8; WIDTH] {
 /// Eight clusters.
 struct Clusters {
     center: Vec3x8,
-    radius_squared: F32x8,
+    half: Vec3x8,
     axis: Vec3x8,
-    cone: (F32x8, F32x8),
+    spread: F32x8,
+    depth: F32x8,
+    blur: F32x8,
     power: F32x8,
 }
 
 impl Clusters {
-    /// What they can send to eight receivers at most, roughly: see the scalar twin.
+    /// Roughly what they can send to eight receivers: see the scalar twin.
     #[inline(always)]
     fn importance(&self, origin: Vec3x8, normal: Vec3x8) -> F32x8 {
-        let one = F32x8::ONE;
+        let zero = F32x8::ZERO;
         let to_center = self.center - origin;
         let distance_squared = to_center.dot(to_center);
-        let outside = distance_squared.gt(self.radius_squared);
-        let direction = to_center.scale(one / distance_squared.sqrt());
-        let sin_sphere_squared = self.radius_squared / distance_squared;
-        let sphere = (sin_sphere_squared.sqrt(), (one - sin_sphere_squared).sqrt());
-        let (_, cos_receiver) = sin_cos_of_difference(sin_cos_of(normal.dot(direction)), sphere);
-        let normal_angle = sin_cos_of(-self.axis.dot(direction));
-        let (_, cos_light) = sin_cos_of_difference(sin_cos_of_difference(normal_angle, self.cone), sphere);
-        let far = self.power * visible(cos_receiver) * visible(cos_light) / distance_squared;
-        outside.select(far, self.power / self.radius_squared)
+        let outside = to_center.abs() - self.half;
+        let nearest = Vec3x8::new(outside.x.max(zero), outside.y.max(zero), outside.z.max(zero));
+        let nearest = nearest.dot(nearest).sqrt();
+        let rise = mean_above(normal.dot(to_center), normal.abs().dot(self.half));
+        let front = mean_above(-self.axis.dot(to_center), self.depth + self.spread * distance_squared.sqrt());
+        let cosines = cosine(rise, nearest) * cosine(front, nearest);
+        self.power * cosines / (distance_squared + self.blur)
     }
 }
 
-/// Sines and cosines of angles between 0 and pi, from their cosines.
+/// The means of max(0, x) for x spread evenly over `mean - width .. mean + width`.
 #[inline(always)]
-fn sin_cos_of(cosine: F32x8) -> (F32x8, F32x8) {
-    ((F32x8::ONE - cosine * cosine).max(F32x8::ZERO).sqrt(), cosine)
+fn mean_above(mean: F32x8, width: F32x8) -> F32x8 {
+    let top = mean + width;
+    let partly = top * top / (F32x8::splat(4.0) * width);
+    let mean = mean.lt(width).select(partly, mean);
+    top.gt(F32x8::ZERO).select(mean, F32x8::ZERO)
 }
 
-/// Sines and cosines of max(0, a - b).
+/// Cosines, at most 1, of directions that rise by `height` over `length`; never quite 0 where they rise at all.
 #[inline(always)]
-fn sin_cos_of_difference(a: (F32x8, F32x8), b: (F32x8, F32x8)) -> (F32x8, F32x8) {
-    let covered = a.1.gt(b.1);
-    (covered.select(F32x8::ZERO, a.0 * b.1 - a.1 * b.0), covered.select(F32x8::ONE, a.1 * b.1 + a.0 * b.0))
-}
-
-/// Cosines as they count: 0 only well below the horizon.
-#[inline(always)]
-fn visible(cosine: F32x8) -> F32x8 {
-    let seen = cosine.max(F32x8::splat(LEAST_COSINE));
-    cosine.gt(F32x8::splat(COSINE_MARGIN)).select(seen, F32x8::ZERO)
+fn cosine(height: F32x8, length: F32x8) -> F32x8 {
+    let cosine = height.lt(length).select(height / length, F32x8::ONE).max(F32x8::splat(LEAST_COSINE));
+    height.gt(F32x8::ZERO).select(cosine, F32x8::ZERO)
 }

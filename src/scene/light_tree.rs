@@ -29,34 +29,31 @@ const MAX_LEVELS: u32 = 21;
 
 /// Every cluster has at least this share of the largest importance sum at its node if it can contribute at all, so that
 /// a light is found though those beside it look stronger but are hidden.
-pub const LEAST_SHARE: f32 = 1.0 / 64.0;
+pub const LEAST_SHARE: f32 = 1.0 / 128.0;
 
-/// Cosines of what bounds say is just invisible are 0 only below this; rounding cannot hide a light that contributes.
-pub const COSINE_MARGIN: f32 = -1e-3;
 /// The least cosine factor of what may be visible.
-pub const LEAST_COSINE: f32 = 1e-2;
+pub const LEAST_COSINE: f32 = 1e-3;
 
 /// Up to eight clusters of lights, one column a quantity.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct LightNode {
-    /// Centres of bounding spheres, scene units.
+    /// Centres of bounding boxes, scene units.
     pub center: [[f32; WIDTH]; 3],
-    /// Squared radii of the spheres.
-    pub radius_squared: [f32; WIDTH],
-    /// Unit axes of the cones that hold all normals.
+    /// Half extents of the boxes, rounded up.
+    pub half: [[f32; WIDTH]; 3],
+    /// Axes of the cones that hold all normals, times the cosine of the half angle (not below 0).
     pub axis: [[f32; WIDTH]; 3],
-    /// Cosines of the cones' half angles; -1: any direction.
-    pub cos_cone: [f32; WIDTH],
-    /// Sines of the same.
-    pub sin_cone: [f32; WIDTH],
+    /// Sines of the cones' half angles; 1 for those of a quarter turn and more.
+    pub spread: [f32; WIDTH],
+    /// How far lights reach to either side of the centre along any normal in the cone, rounded up.
+    pub depth: [f32; WIDTH],
+    /// What is added to squared distances: half the squared radius of the bounding sphere.
+    pub blur: [f32; WIDTH],
     /// Emitted power, the whole scene's strongest light being 1; 0 in columns not used.
     pub power: [f32; WIDTH],
     /// A node's index, or [`LEAF`] with a light's.
     pub child: [u32; WIDTH],
-    /// Columns in use, from the first.
-    pub count: u32,
-    padding: [u32; 7],
 }
 
 /// A tree over the emissive triangles of a scene.
@@ -73,9 +70,10 @@ pub struct LightTree {
 struct Bounds {
     low: DVec3,
     high: DVec3,
-    axis: DVec3,
-    /// Half angle of the cone of normals, radians.
-    angle: f64,
+    /// Sum of the unit normals of one-sided lights.
+    normals: DVec3,
+    /// How many sides shine: one or two a primitive.
+    sides: f64,
     power: f64,
 }
 
@@ -104,7 +102,7 @@ impl LightTree {
             reach = primitive.corners.iter().fold(reach, |reach, corner| reach.max(corner.abs().max_element()));
         }
         let mut tree = LightTree { nodes: Vec::new(), paths: vec![0; emitters.len()] };
-        Builder { tree: &mut tree, slack: reach * 1e-6 }.node(&mut primitives, 0, 0);
+        Builder { tree: &mut tree, slack: reach * 4e-6 }.node(&mut primitives, 0, 0);
         Some(tree)
     }
 
@@ -133,8 +131,8 @@ fn primitives(emitters: &[Emitter], triangles: &[TriangleRecord], powers: &[f64]
         let bounds = Bounds {
             low: corners.into_iter().reduce(DVec3::min).expect("four corners"),
             high: corners.into_iter().reduce(DVec3::max).expect("four corners"),
-            axis: normal,
-            angle: if emitters[i].two_sided { std::f64::consts::PI } else { 0.0 },
+            normals: if emitters[i].two_sided { DVec3::ZERO } else { normal },
+            sides: if emitters[i].two_sided { 2.0 } else { 1.0 },
             power,
         };
         list.push(Primitive { bounds, corners, child: LEAF | i as u32 | if count == 2 { PAIR } else { 0 } });
@@ -162,9 +160,13 @@ fn parallelogram(first: [DVec3; 3], second: [DVec3; 3]) -> Option<DVec3> {
 
 impl Bounds {
     fn union(self, other: Bounds) -> Bounds {
-        let (axis, angle) = cone_union((self.axis, self.angle), (other.axis, other.angle));
-        let (low, high) = (self.low.min(other.low), self.high.max(other.high));
-        Bounds { low, high, axis, angle, power: self.power + other.power }
+        Bounds {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+            normals: self.normals + other.normals,
+            sides: self.sides + other.sides,
+            power: self.power + other.power,
+        }
     }
 
     fn center(&self) -> DVec3 {
@@ -176,35 +178,11 @@ impl Bounds {
     fn cost(&self, stretch: f64) -> f64 {
         let size = self.high - self.low;
         let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x) + 0.1 * size.length_squared();
-        self.power * stretch * orientation_measure(self.angle) * area
+        // Conty Estevez and Kulla's measure of a cone of normals is pi for one direction, 4 pi for all of them and nearly
+        // linear in the angle between. Normals spread over a cone of angle a have a mean of length (1 + cos a) / 2.
+        let mean = self.normals.length() / self.sides;
+        self.power * stretch * (1.0 + 3.0 * (1.0 - mean).max(0.0).sqrt()) * area
     }
-}
-
-/// The smallest cone about both (pbrt-v4 section 3.8.4).
-fn cone_union(a: (DVec3, f64), b: (DVec3, f64)) -> (DVec3, f64) {
-    let (wide, narrow) = if a.1 >= b.1 { (a, b) } else { (b, a) };
-    let between = libm::acos(wide.0.dot(narrow.0).clamp(-1.0, 1.0));
-    if (between + narrow.1).min(std::f64::consts::PI) <= wide.1 {
-        return wide;
-    }
-    let angle = 0.5 * (wide.1 + between + narrow.1);
-    let side = narrow.0 - wide.0 * wide.0.dot(narrow.0);
-    if angle >= std::f64::consts::PI || side.length() < 1e-12 {
-        return (wide.0, std::f64::consts::PI);
-    }
-    let turn = angle - wide.1;
-    let axis = wide.0 * libm::cos(turn) + side.normalize() * libm::sin(turn);
-    (axis.normalize(), angle)
-}
-
-/// Solid angle into which normals within `angle` of an axis emit, weighed by the cosine beyond the cone (Conty Estevez
-/// and Kulla 2018, equation 1, for emitters that shine a quarter turn about their normals).
-fn orientation_measure(angle: f64) -> f64 {
-    use std::f64::consts::{FRAC_PI_2, PI};
-    let (sin, cos) = (libm::sin(angle), libm::cos(angle));
-    let reach = (angle + FRAC_PI_2).min(PI);
-    let beyond = 2.0 * reach * sin - libm::cos(angle - 2.0 * reach) - 2.0 * angle * sin + cos;
-    2.0 * PI * (1.0 - cos) + FRAC_PI_2 * beyond
 }
 
 struct Builder<'a> {
@@ -243,20 +221,32 @@ impl LightNode {
     fn set(&mut self, column: usize, cluster: &[Primitive], child: u32, slack: f64) {
         let bounds = union_of(cluster);
         let center = bounds.center();
-        let corners = cluster.iter().flat_map(|primitive| primitive.corners);
-        let radius = corners.fold(0.0, |radius: f64, corner| radius.max(corner.distance(center))) * (1.0 + 1e-6) + slack;
-        let angle = (bounds.angle + 1e-4).min(std::f64::consts::PI);
-        for axis in 0..3 {
-            self.center[axis][column] = center[axis] as f32;
-            self.axis[axis][column] = bounds.axis[axis] as f32;
+        let corners = || cluster.iter().flat_map(|primitive| primitive.corners).map(|corner| corner - center);
+        let radius = corners().fold(0.0, |radius: f64, corner| radius.max(corner.length())) + slack;
+        let (axis, cos_cone) = cone_of_normals(cluster, bounds.normals);
+        let spread = if cos_cone > 0.0 { (1.0 - cos_cone * cos_cone).sqrt() } else { 1.0 };
+        let along = corners().fold(0.0, |depth: f64, corner| depth.max(corner.dot(axis).abs())) + slack;
+        let half = 0.5 * (bounds.high - bounds.low) + slack;
+        for i in 0..3 {
+            self.center[i][column] = center[i] as f32;
+            self.half[i][column] = half[i] as f32;
+            self.axis[i][column] = (axis[i] * cos_cone.max(0.0)) as f32;
         }
-        self.radius_squared[column] = (radius * radius) as f32;
-        self.cos_cone[column] = libm::cos(angle) as f32;
-        self.sin_cone[column] = libm::sin(angle) as f32;
+        self.spread[column] = spread as f32;
+        self.depth[column] = (along + radius * spread) as f32;
+        self.blur[column] = (0.5 * radius * radius) as f32;
         self.power[column] = bounds.power as f32;
         self.child[column] = child;
-        self.count = column as u32 + 1;
     }
+}
+
+/// A cone about all normals of a cluster, whose sum is `normals`: unit axis, cosine of the half angle (-1: all directions).
+fn cone_of_normals(cluster: &[Primitive], normals: DVec3) -> (DVec3, f64) {
+    let one_sided = cluster.iter().all(|primitive| primitive.bounds.sides == 1.0);
+    let Some(axis) = normals.try_normalize().filter(|_| one_sided) else { return (DVec3::Z, -1.0) };
+    let least = cluster.iter().map(|primitive| primitive.bounds.normals.dot(axis)).fold(1.0, f64::min);
+    // Rounding must not leave a normal outside.
+    (axis, (least - 1e-5).max(-1.0))
 }
 
 fn union_of(cluster: &[Primitive]) -> Bounds {
