@@ -61,8 +61,10 @@ pub fn render(scene: &PreparedScene, settings: &Settings) -> Render {
 /// Renders and tells `progress` now and then how far it is; once that returns false, the render stops after the pass it is
 /// in and the picture holds the samples taken so far.
 pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn Fn(Progress) -> bool + Sync)) -> Render {
+    let preparing = Stopwatch::start();
     let setup = Setup::new(scene, settings);
     let plan = Plan::new(&setup);
+    let setup_s = preparing.wall_seconds();
     let spp = settings.spp.max(1);
     let tiles = cut_into_tiles(setup.crop, spp.min(PASS_SPP));
     let threads = thread_count(settings.threads).min(tiles.len());
@@ -93,7 +95,7 @@ pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn F
         job.note_error();
     }
     let (render_s, cpu_s) = (watch.wall_seconds(), watch.cpu_seconds());
-    finish(&job, &workers, settings, done, Stats { threads, render_s, cpu_s, ..Stats::default() })
+    finish(&job, &workers, settings, done, Stats { threads, setup_s, render_s, cpu_s, ..Stats::default() })
 }
 
 /// Samples of the next pass. Under a time limit passes start at one sample and grow, so that the last one does not

@@ -66,7 +66,7 @@ named_choice! {
         Uniform = "uniform",
         /// In proportion to emitted power.
         Power = "power",
-        /// By what each light can send to the point, found in a tree ([`crate::scene::light_tree`]).
+        /// By what each light can send to the point, found in a tree ([`crate::scene::light_tree`]). The default.
         Tree = "tree",
     }
 }
@@ -160,7 +160,7 @@ impl Default for Settings {
             spp: 64,
             time: None,
             strategy: Strategy::MisPower,
-            lights: Lights::Uniform,
+            lights: Lights::Tree,
             sampler: Sampler::Independent,
             max_depth: None,
             rr_depth: Some(DEFAULT_RR_DEPTH),

@@ -44,6 +44,8 @@ pub struct StageStats {
 pub struct Stats {
     /// Worker threads used.
     pub threads: usize,
+    /// Wall seconds of what this render's settings needed built before it began (light tree, sampling tables).
+    pub setup_s: f64,
     /// Wall seconds of rendering alone.
     pub render_s: f64,
     /// CPU seconds of rendering alone, user and system, all threads.

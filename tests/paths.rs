@@ -14,7 +14,7 @@ fn engines_agree_bit_for_bit_on_every_scene_and_strategy() {
     for path in SCENES {
         let scene = prepared(path);
         for &strategy in Strategy::ALL {
-            for (lights, max_depth) in [(Lights::Uniform, None), (Lights::Power, Some(3))] {
+            for (lights, max_depth) in [(Lights::Tree, None), (Lights::Uniform, None), (Lights::Power, Some(3))] {
                 let settings = Settings { strategy, lights, max_depth, ..small(33, 27, 3) };
                 let packet = render(&scene, &settings);
                 let scalar = render(&scene, &Settings { engine: Engine::Scalar, ..settings });

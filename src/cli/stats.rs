@@ -92,7 +92,7 @@ impl<'a> Report<'a> {
             max_depth: settings.max_depth,
             rr_depth: settings.rr_depth,
             load_s: scene.load_s,
-            build_s: scene.build_s,
+            build_s: scene.build_s + stats.setup_s,
             render_s: stats.render_s,
             cpu_s: stats.cpu_s,
             paths: stats.paths,

@@ -1,7 +1,7 @@
 //! Light sampling for eight surface points at a time.
 
 use super::environment::{map_pdf_dir, sample_map};
-use super::light_tree::{Receivers, choose_lights, light_probabilities};
+use super::light_tree::{Receivers, choose_lights, environment_eighths, light_probabilities};
 use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
@@ -36,9 +36,9 @@ pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, active: Mask8,
         (None, _) => sample_triangles(lights, points, active, word, u),
         (Some(environment), true) => sample_environment(lights, environment, points, [word, fork], u),
         (Some(environment), false) => {
-            let sky = (word >> 31).eq(U32x8::splat(1));
-            let a = sample_environment(lights, environment, points, [word << 1, fork], u);
-            let b = sample_triangles(lights, points, active.and_not(sky), word << 1, u);
+            let sky = (word >> 29).lt_signed(eighths(lights, &receivers_of(points)));
+            let a = sample_environment(lights, environment, points, [word << 3, fork], u);
+            let b = sample_triangles(lights, points, active.and_not(sky), word << 3, u);
             LightSamples {
                 valid: (sky & a.valid) | b.valid.and_not(sky),
                 direction: sky.select_vec3(a.direction, b.direction),
@@ -64,6 +64,38 @@ fn choose_triangles(lights: &LightTable, word: U32x8) -> U32x8 {
     }
 }
 
+#[inline(always)]
+fn receivers_of(points: &SurfacePoints) -> Receivers {
+    Receivers { origin: points.origin, normal: points.normal }
+}
+
+/// How many eighths of the light samples go to the environment if the scene has triangles that emit too.
+#[inline(always)]
+fn eighths(lights: &LightTable, receivers: &Receivers) -> U32x8 {
+    match &lights.selection {
+        Selection::Tree(tree) if lights.environment.is_some() => environment_eighths(tree, receivers),
+        _ => U32x8::splat(4),
+    }
+}
+
+/// Under a light tree, the probabilities with which light samples go to the triangles.
+#[inline(always)]
+fn triangle_share(lights: &LightTable, receivers: &Receivers) -> F32x8 {
+    if lights.environment.is_none() {
+        return F32x8::ONE;
+    }
+    (U32x8::splat(8) - eighths(lights, receivers)).to_f32() * F32x8::splat(0.125)
+}
+
+/// The probabilities with which light samples go to the environment.
+#[inline(always)]
+pub fn environment_probability(lights: &LightTable, receivers: &Receivers) -> F32x8 {
+    match &lights.selection {
+        Selection::Tree(_) => eighths(lights, receivers).to_f32() * F32x8::splat(0.125),
+        _ => F32x8::splat(lights.environment_probability),
+    }
+}
+
 /// The radiance that lights (`columns`: their gathered records) emit at points of them.
 #[inline(always)]
 pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights: [F32x8; 3]) -> Vec3x8 {
@@ -85,7 +117,8 @@ fn sample_triangles(
 ) -> LightSamples {
     let (chosen, probability) = match &lights.selection {
         Selection::Tree(tree) => {
-            choose_lights(tree, &Receivers { origin: points.origin, normal: points.normal }, active, word)
+            let (chosen, probability) = choose_lights(tree, &receivers_of(points), active, word);
+            (chosen, probability * triangle_share(lights, &receivers_of(points)))
         }
         _ => (choose_triangles(lights, word), F32x8::ONE),
     };
@@ -129,7 +162,9 @@ pub fn light_pdf_dir(
     (pdf_area, t, light_cosine): (F32x8, F32x8, F32x8),
 ) -> F32x8 {
     let probability = match &lights.selection {
-        Selection::Tree(tree) => light_probabilities(tree, receivers, active, light),
+        Selection::Tree(tree) => {
+            light_probabilities(tree, receivers, active, light) * triangle_share(lights, receivers)
+        }
         _ => F32x8::ONE,
     };
     pdf_area * probability * (t * t) / light_cosine
@@ -161,7 +196,7 @@ fn sample_environment(
         direction,
         cosine,
         radiance,
-        pdf_dir: F32x8::splat(lights.environment_probability) * pdf_dir,
+        pdf_dir: environment_probability(lights, &receivers_of(points)) * pdf_dir,
         shadow_direction: direction,
         shadow_tmax: F32x8::splat(f32::INFINITY),
     }

@@ -17,8 +17,8 @@ pub struct Receivers {
     pub normal: Vec3x8,
 }
 
-/// The lights that eight selection words choose, and the probabilities with which they do: 0 where no light can
-/// contribute (the light is then any). Lanes not `active` hold anything.
+/// The lights that eight selection words choose, and the probabilities with which they do. Lanes not `active` hold
+/// anything.
 #[inline(never)]
 pub fn choose_lights(tree: &LightTree, receivers: &Receivers, active: Mask8, word: U32x8) -> (U32x8, F32x8) {
     let mut u = unit_x8(word);
@@ -72,6 +72,15 @@ pub fn light_probabilities(tree: &LightTree, receivers: &Receivers, active: Mask
     walk.probability
 }
 
+/// How many eighths of the light samples for eight receivers go to the environment; see the scalar twin.
+#[inline(never)]
+pub fn environment_eighths(tree: &LightTree, receivers: &Receivers) -> U32x8 {
+    let environment = F32x8::splat(tree.environment);
+    let share = environment / (environment + sum(&for_eight_points(&tree.nodes[0], receivers)));
+    let eighths = U32x8::from_f32(share * F32x8::splat(8.0) + F32x8::splat(0.5));
+    eighths.max_signed(U32x8::splat(1)).min_signed(U32x8::splat(7))
+}
+
 /// The largest f32 below 1.
 const ONE_BELOW: f32 = 1.0 - 1.0 / 16_777_216.0;
 
@@ -89,7 +98,7 @@ impl Walk {
     }
 
     /// What the columns of the lanes' nodes are chosen in proportion to: their importances, none of which is far below the
-    /// sum unless it is 0.
+    /// sum unless it is 0; the first column if all are.
     #[inline(always)]
     fn shares(&self, tree: &LightTree, receivers: &Receivers) -> [F32x8; WIDTH] {
         let node = self.node.to_array();
@@ -98,11 +107,14 @@ impl Walk {
         } else {
             self.for_eight_clusters(tree, receivers)
         };
-        let least = sum(&importances) * F32x8::splat(LEAST_SHARE);
-        importances.map(|importance| {
+        let total = sum(&importances);
+        let least = total * F32x8::splat(LEAST_SHARE);
+        let mut shares = importances.map(|importance| {
             let raised = importance.gt(least).select(importance, least);
             importance.gt(F32x8::ZERO).select(raised, F32x8::ZERO)
-        })
+        });
+        shares[0] = total.gt(F32x8::ZERO).select(shares[0], F32x8::ONE);
+        shares
     }
 
     #[inline(always)]
@@ -136,10 +148,7 @@ impl Walk {
     /// Multiplies the probabilities by that of the chosen columns; the children there.
     #[inline(always)]
     fn descend(&mut self, tree: &LightTree, column: U32x8, share: F32x8, total: F32x8) -> U32x8 {
-        let possible = total.gt(F32x8::ZERO);
-        let step = possible.select(share / total, F32x8::ZERO);
-        self.probability = self.active.select(self.probability * step, self.probability);
-        self.active = self.active & possible;
+        self.probability = self.active.select(self.probability * (share / total), self.probability);
         let (node, column) = (self.node.to_array(), column.to_array());
         U32x8::from_array(std::array::from_fn(|lane| tree.nodes[node[lane] as usize].child[column[lane] as usize]))
     }

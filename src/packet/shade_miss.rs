@@ -1,6 +1,8 @@
 //! Stage: rays that left the scene find the environment, weighed by what light sampling would have found.
 
 use super::environment::{look_up, map_pdf_dir};
+use super::light::environment_probability;
+use super::light_tree::Receivers;
 use super::plan::Plan;
 use super::shade_emitter::emission_weight;
 use super::state::{SLOT, TileState};
@@ -22,7 +24,6 @@ pub fn variant(setup: &Setup) -> MissStage {
 
 /// Adds the environment's radiance to every path that hit nothing; `MAP`: it depends on direction.
 fn shade_miss<const MAP: bool>(setup: &Setup, plan: &Plan, state: &mut TileState) {
-    let probability = F32x8::splat(setup.lights.environment_probability);
     let constant = match setup.lights.environment {
         Some(EnvironmentLight::Constant(radiance)) => radiance,
         _ => [0.0; 3],
@@ -30,23 +31,30 @@ fn shade_miss<const MAP: bool>(setup: &Setup, plan: &Plan, state: &mut TileState
     let TileState { paths, misses, slots, .. } = state;
     for first in (0..misses.len).step_by(LANES) {
         let (row, active) = misses.block(first);
+        let gather = |column: &[f32]| F32x8::gather(column, row);
+        let rays = &paths.rays;
         let slot = U32x8::gather(&paths.slot, row);
-        let pdf_dir = if plan.needs.pdf { F32x8::gather(&paths.pdf_dir, row) } else { F32x8::ONE };
+        let pdf_dir = if plan.needs.pdf { gather(&paths.pdf_dir) } else { F32x8::ONE };
         let (radiance, pdf_light) = match setup.lights.environment {
             Some(EnvironmentLight::Map(map, distribution)) if MAP => {
-                let gather = |column: &[f32]| F32x8::gather(column, row);
-                let rays = &paths.rays;
                 let texels = look_up(map, Vec3x8::new(gather(&rays.dx), gather(&rays.dy), gather(&rays.dz)));
                 let pdf_light = map_pdf_dir(distribution, &texels);
                 (texels.radiance, pdf_light)
             }
             // A constant environment is sampled by a cosine hemisphere; so are diffuse surfaces, which then know the density.
             _ if plan.needs.cosine => {
-                (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(F32x8::gather(&paths.cosine, row)))
+                (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(gather(&paths.cosine)))
             }
             _ => (Vec3x8::splat(constant), pdf_dir),
         };
-        let weight = emission_weight(setup.strategy, slot, pdf_dir, probability * pdf_light);
+        let pdf_light = if plan.needs.pdf {
+            let origin = Vec3x8::new(gather(&rays.ox), gather(&rays.oy), gather(&rays.oz));
+            let normal = if plan.needs.normal { paths.normal.gather(row) } else { origin };
+            environment_probability(&setup.lights, &Receivers { origin, normal }) * pdf_light
+        } else {
+            pdf_light
+        };
+        let weight = emission_weight(setup.strategy, slot, pdf_dir, pdf_light);
         let gain = (paths.beta.gather(row) * radiance).scale(weight);
         slots.add(slot & U32x8::splat(SLOT), gain, active.bits());
     }

@@ -1,7 +1,7 @@
 //! Light sampling: choose a light, choose a point or a direction, and say with which density.
 
 use super::environment::{map_pdf_dir, sample_map, texel_index};
-use super::light_tree::{Receiver, choose_light, light_probability};
+use super::light_tree::{Receiver, choose_light, environment_eighths, light_probability};
 use super::surface::{SurfacePoint, point_and_offset};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
@@ -31,12 +31,16 @@ pub struct LightSample {
 /// `words` are those of [`crate::sampler::light_block`].
 pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) -> Option<LightSample> {
     let u = [unit(words[1]) as Real, unit(words[2]) as Real];
-    let (environment, word) = lights.choose_environment(words[0]);
+    let receiver = Receiver { origin: point.origin, normal: point.normal };
+    let (environment, word) = lights.choose_environment(words[0], eighths(lights, &receiver));
     if environment {
         return sample_environment(lights, point, [word, words[3] << 1], u);
     }
     let (chosen, probability) = match &lights.selection {
-        Selection::Tree(tree) => choose_light(tree, &Receiver { origin: point.origin, normal: point.normal }, word)?,
+        Selection::Tree(tree) => {
+            let (chosen, probability) = choose_light(tree, &receiver, word);
+            (chosen, probability * triangle_share(lights, &receiver))
+        }
         _ => (lights.choose_triangle(word), 1.0),
     };
     let light = &lights.records[chosen as usize];
@@ -87,7 +91,7 @@ fn sample_environment(lights: &LightTable, point: &SurfacePoint, words: [u32; 2]
         direction,
         cosine,
         radiance,
-        pdf_dir: lights.environment_probability as Real * pdf_dir,
+        pdf_dir: environment_probability(lights, &Receiver { origin: point.origin, normal: point.normal }) * pdf_dir,
         shadow_direction: direction,
         shadow_tmax: Real::INFINITY,
     })
@@ -109,15 +113,20 @@ pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
 /// (reversed) normal.
 pub fn light_pdf_dir(lights: &LightTable, receiver: &Receiver, light: u32, t: Real, light_cosine: Real) -> Real {
     let probability = match &lights.selection {
-        Selection::Tree(tree) => light_probability(tree, receiver, light),
+        Selection::Tree(tree) => light_probability(tree, receiver, light) * triangle_share(lights, receiver),
         _ => 1.0,
     };
     lights.records[light as usize].pdf_area() as Real * probability * (t * t) / light_cosine
 }
 
 /// The radiance that a ray in direction `direction` finds when it leaves the scene, and the density per steradian with
-/// which [`sample_light`] would have drawn it from a surface where it makes `cosine` with the normal. `None`: nothing there.
-pub fn environment_in_direction(lights: &LightTable, direction: Vec3, cosine: Real) -> Option<(Vec3, Real)> {
+/// which [`sample_light`] would have drawn it for `receiver`, where it makes `cosine` with the normal. `None`: nothing there.
+pub fn environment_in_direction(
+    lights: &LightTable,
+    receiver: &Receiver,
+    direction: Vec3,
+    cosine: Real,
+) -> Option<(Vec3, Real)> {
     let (radiance, pdf_dir) = match lights.environment? {
         EnvironmentLight::Constant(radiance) => (vec3(radiance), cosine_hemisphere_pdf_dir(cosine)),
         EnvironmentLight::Map(map, distribution) => {
@@ -125,5 +134,26 @@ pub fn environment_in_direction(lights: &LightTable, direction: Vec3, cosine: Re
             (vec3(texel.radiance), map_pdf_dir(distribution, texel))
         }
     };
-    Some((radiance, lights.environment_probability as Real * pdf_dir))
+    Some((radiance, environment_probability(lights, receiver) * pdf_dir))
+}
+
+/// How many eighths of the light samples go to the environment if the scene has triangles that emit too.
+fn eighths(lights: &LightTable, receiver: &Receiver) -> u32 {
+    match &lights.selection {
+        Selection::Tree(tree) if lights.environment.is_some() => environment_eighths(tree, receiver),
+        _ => 4,
+    }
+}
+
+/// Under a light tree, the probability with which a light sample goes to the triangles.
+fn triangle_share(lights: &LightTable, receiver: &Receiver) -> Real {
+    if lights.environment.is_some() { (8 - eighths(lights, receiver)) as Real * 0.125 } else { 1.0 }
+}
+
+/// The probability with which a light sample goes to the environment.
+fn environment_probability(lights: &LightTable, receiver: &Receiver) -> Real {
+    match &lights.selection {
+        Selection::Tree(_) => eighths(lights, receiver) as Real * 0.125,
+        _ => lights.environment_probability as Real,
+    }
 }

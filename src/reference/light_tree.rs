@@ -18,16 +18,15 @@ pub struct Receiver {
     pub normal: Vec3,
 }
 
-/// The light that a selection word chooses for `receiver`, and the probability with which it does; `None` if no light
-/// can contribute there.
-pub fn choose_light(tree: &LightTree, receiver: &Receiver, word: u32) -> Option<(u32, Real)> {
+/// The light that a selection word chooses for `receiver`, and the probability with which it does.
+pub fn choose_light(tree: &LightTree, receiver: &Receiver, word: u32) -> (u32, Real) {
     let mut u = unit(word) as Real;
     // What the 24 bits of `u` leave of the word; the first choice makes room for it.
     let mut rest = (word & 0xff) as Real * (1.0 / 4_294_967_296.0);
     let mut probability = 1.0;
     let mut node = &tree.nodes[0];
     loop {
-        let shares = shares(node, receiver)?;
+        let shares = shares(node, receiver);
         let total = shares.iter().fold(0.0, |sum, share| sum + share);
         let x = u * total;
         let (mut low, mut column) = (0.0, 0);
@@ -41,10 +40,10 @@ pub fn choose_light(tree: &LightTree, receiver: &Receiver, word: u32) -> Option<
         let child = node.child[column];
         if child & LEAF != 0 {
             let light = child & !(LEAF | PAIR);
-            return Some(match child & PAIR != 0 {
+            return match child & PAIR != 0 {
                 true => (light + (u >= 0.5) as u32, probability * 0.5),
                 false => (light, probability),
-            });
+            };
         }
         node = &tree.nodes[child as usize];
     }
@@ -56,7 +55,7 @@ pub fn light_probability(tree: &LightTree, receiver: &Receiver, light: u32) -> R
     let mut probability = 1.0;
     let mut node = &tree.nodes[0];
     loop {
-        let Some(shares) = shares(node, receiver) else { return 0.0 };
+        let shares = shares(node, receiver);
         let total = shares.iter().fold(0.0, |sum, share| sum + share);
         let column = (path & 7) as usize;
         path >>= 3;
@@ -69,18 +68,29 @@ pub fn light_probability(tree: &LightTree, receiver: &Receiver, light: u32) -> R
     }
 }
 
+/// How many eighths of the light samples for `receiver` go to the environment, where the scene has lights too: by its share
+/// of the importance, but never none and never all. (Eighths leave a selection word whole but for its three top bits.)
+pub fn environment_eighths(tree: &LightTree, receiver: &Receiver) -> u32 {
+    let total = (0..WIDTH).fold(0.0, |sum, column| sum + importance(&tree.nodes[0], column, receiver));
+    let environment = tree.environment as Real;
+    ((environment / (environment + total) * 8.0 + 0.5) as u32).clamp(1, 7)
+}
+
 /// What the columns of a node are chosen in proportion to: their importances, none of which is far below the sum unless it
-/// is 0. `None` if all are.
-fn shares(node: &LightNode, receiver: &Receiver) -> Option<[Real; WIDTH]> {
+/// is 0. If all are (bounds see less of a cluster's parts than of the whole), the first is chosen: nothing is lost.
+fn shares(node: &LightNode, receiver: &Receiver) -> [Real; WIDTH] {
     let importances: [Real; WIDTH] = std::array::from_fn(|column| importance(node, column, receiver));
     let total = importances.iter().fold(0.0, |sum, importance| sum + importance);
+    if !(total > 0.0) {
+        return std::array::from_fn(|column| if column == 0 { 1.0 } else { 0.0 });
+    }
     let least = total * LEAST_SHARE as Real;
     let share = |importance: Real| match importance > 0.0 {
         true if importance > least => importance,
         true => least,
         false => 0.0,
     };
-    (total > 0.0).then(|| importances.map(share))
+    importances.map(share)
 }
 
 /// The importance of the cluster in a column: power times the two cosines over the squared distance, each taken so that it

@@ -79,7 +79,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         let Some(hit) = intersect(&scene.bvh, &ray, &mut step.stack) else {
             // shade_miss
             step.note(Event { t: Real::INFINITY, direction: ray.direction, ..Event::new("miss", ray.origin) });
-            let found = environment_in_direction(&setup.lights, ray.direction, previous.cosine());
+            let receiver = Receiver { origin: ray.origin, normal: previous.normal() };
+            let found = environment_in_direction(&setup.lights, &receiver, ray.direction, previous.cosine());
             if let Some((radiance, pdf_light)) = found {
                 let weight = emission_weight(setup, previous, pdf_light);
                 let gain = step.beta * radiance * weight;

@@ -30,6 +30,14 @@ impl Environment {
             EnvironmentDesc::Map(map) => Environment::Map(Box::new(EnvironmentMap::new(map))),
         }
     }
+
+    /// Radiance averaged over the sphere and summed over the channels, W sr^-1 m^-2.
+    pub fn mean_radiance(&self) -> f64 {
+        match self {
+            Environment::Constant(radiance) => radiance.iter().map(|&c| f64::from(c)).sum(),
+            Environment::Map(map) => map.mean_radiance,
+        }
+    }
 }
 
 /// One texel: 16 bytes, read whole.
@@ -52,6 +60,8 @@ pub struct EnvironmentMap {
     pub texels: Vec<Texel>,
     /// Cosines of the angle to +y at which rows begin and end, descending from 1 to -1: `height + 1` values.
     pub row_edges: Vec<f32>,
+    /// Radiance averaged over the sphere and summed over the channels, W sr^-1 m^-2.
+    pub mean_radiance: f64,
     /// Turns, in [0, 1), by which the picture is turned about +y (from +z towards +x).
     pub turn: f32,
     plain: OnceLock<Distribution>,
@@ -89,6 +99,7 @@ impl EnvironmentMap {
             height,
             texels: Vec::new(),
             row_edges: (0..=height).map(|row| libm::cos(angle(row)) as f32).collect(),
+            mean_radiance: 0.0,
             turn: turn(desc.rotate),
             plain: OnceLock::new(),
             compensated: OnceLock::new(),
@@ -98,6 +109,7 @@ impl EnvironmentMap {
         let count = desc.texels.len();
         let total: f64 = (0..count).map(|i| mean(radiance(i)) * map.solid_angle(i)).sum();
         let texel = |i: usize| Texel { radiance: radiance(i), pdf_dir: (mean(radiance(i)) / total) as f32 };
+        map.mean_radiance = 3.0 * total / (4.0 * std::f64::consts::PI);
         map.texels = (0..count).map(texel).collect();
         map
     }

@@ -1,7 +1,7 @@
 //! The light table: what a light sample reads, for one light selection.
 //!
 //! A light sample first decides between the environment and the triangles (with probability 1/2 each where a scene has
-//! both), then chooses a triangle, then a point on it uniformly by area. Choosing uses all 32 bits of one random word.
+//! both, unless the light tree knows better), then chooses a triangle, then a point on it uniformly by area. Choosing uses all 32 bits of one random word.
 
 use std::sync::Arc;
 
@@ -63,7 +63,7 @@ pub struct AliasColumn {
 
 /// What decides which light a sample goes to.
 #[derive(Clone, Debug)]
-pub enum Selection {
+pub enum Selection<'a> {
     /// No emissive triangle.
     None,
     /// Exactly one: nothing to choose.
@@ -73,7 +73,7 @@ pub enum Selection {
     /// By power.
     Alias(Vec<AliasColumn>),
     /// By what they can send to the point that asks.
-    Tree(LightTree),
+    Tree(&'a LightTree),
 }
 
 /// The environment as a light.
@@ -94,10 +94,11 @@ pub struct LightTable<'a> {
     /// Whether any of them emits on both sides.
     pub two_sided: bool,
     /// How a triangle is chosen.
-    pub selection: Selection,
+    pub selection: Selection<'a>,
     /// The environment, if it is a light.
     pub environment: Option<EnvironmentLight<'a>>,
-    /// Probability with which a light sample goes to the environment: 0, 1/2 or 1.
+    /// Probability with which a light sample goes to the environment, where it is the same everywhere (that is, but under
+    /// [`Selection::Tree`]): 0, 1/2 or 1.
     pub environment_probability: f32,
 }
 
@@ -111,12 +112,11 @@ impl<'a> LightTable<'a> {
             (Some(_), _) => 0.5,
         };
         let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
-        let tree = (lights == Lights::Tree)
-            .then(|| LightTree::new(&scene.emitters, &scene.triangles, &powers()))
-            .flatten();
+        let tree = if lights == Lights::Tree { scene.light_tree(powers) } else { None };
         let weights = if lights == Lights::Power { powers() } else { vec![1.0; count] };
         let total: f64 = if tree.is_some() { 1.0 } else { weights.iter().sum() };
-        let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
+        let triangle_probability = if tree.is_some() { 1.0 } else { 1.0 - environment_probability as f64 };
+        let probability = |i: usize| weights[i] / total * triangle_probability;
         let records = scene.emitters.iter().enumerate().map(|(i, emitter)| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
@@ -127,9 +127,9 @@ impl<'a> LightTable<'a> {
             }
         });
         let selection = match (count, lights, tree) {
+            (_, _, Some(tree)) => Selection::Tree(tree),
             (0, ..) => Selection::None,
             (1, ..) => Selection::Single,
-            (_, _, Some(tree)) => Selection::Tree(tree),
             (_, Lights::Power, _) => Selection::Alias(alias_table(&weights, total)),
             (_, Lights::Uniform | Lights::Tree, _) => Selection::Uniform,
         };
@@ -152,13 +152,14 @@ impl<'a> LightTable<'a> {
         self.records.is_empty() && self.environment.is_none()
     }
 
-    /// Whether the sample of this selection word goes to the environment, and the word that is left for the triangles.
+    /// Whether the sample of this selection word goes to the environment, which `eighths` of all samples do where a scene
+    /// has triangles too, and the word that is left for further choices.
     #[inline]
-    pub fn choose_environment(&self, word: u32) -> (bool, u32) {
+    pub fn choose_environment(&self, word: u32, eighths: u32) -> (bool, u32) {
         match (self.environment.is_some(), self.records.is_empty()) {
             (false, _) => (false, word),
             (true, true) => (true, word),
-            (true, false) => (word >> 31 == 1, word << 1),
+            (true, false) => (word >> 29 < eighths, word << 3),
         }
     }
 

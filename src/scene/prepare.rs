@@ -1,6 +1,6 @@
 //! `SceneDesc -> PreparedScene`: every table the engines read, derived once and immutable afterwards.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use bytemuck::{Pod, Zeroable};
@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::corners::{CornerRecord, FLAT, corner_table, placed};
 use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
 use super::environment::Environment;
+use super::light_tree::LightTree;
 use super::margins::Margins;
 use super::material::{MaterialKind, MaterialRecord};
 use super::textures::TextureTable;
@@ -106,6 +107,8 @@ pub struct PreparedScene {
     pub environment: Option<Environment>,
     /// The acceleration structure.
     pub bvh: Bvh,
+    /// The light tree, built when it is first asked for.
+    light_tree: OnceLock<Option<LightTree>>,
     /// What the scene holds.
     pub features: Features,
     /// What preparing has found out that the user should know, one sentence each; [`SceneDesc::warnings`] has what
@@ -174,6 +177,7 @@ impl PreparedScene {
             emitters,
             environment: desc.environment.as_ref().map(Environment::new),
             bvh,
+            light_tree: OnceLock::new(),
             features,
             warnings: Vec::new(),
             load_s: 0.0,
@@ -183,6 +187,15 @@ impl PreparedScene {
         scene.warnings = warnings;
         scene.build_s = start.elapsed().as_secs_f64();
         Ok(scene)
+    }
+
+    /// The light tree, if there is anything to choose from; `powers` are those of the emitters.
+    pub(super) fn light_tree(&self, powers: impl FnOnce() -> Vec<f64>) -> Option<&LightTree> {
+        let build = || {
+            let environment = self.environment.as_ref().map_or(0.0, Environment::mean_radiance);
+            LightTree::new(&self.emitters, &self.triangles, &powers(), environment)
+        };
+        self.light_tree.get_or_init(build).as_ref()
     }
 
     /// The tables and their sizes in bytes, for `octray info`; empty tables are not listed.

@@ -119,7 +119,6 @@ fn material_keys_must_fit_the_kind_and_their_range() {
 #[test]
 fn what_later_versions_bring_is_named() {
     fails_below("[render]\nsampler = 'sobol'", &["sobol", "not supported yet"]);
-    fails_below("[render]\nlights = 'tree'", &["tree", "not supported yet"]);
 }
 
 #[test]
