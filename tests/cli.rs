@@ -285,7 +285,7 @@ fn flags_go_over_the_scene_and_the_scene_over_defaults() {
         let stats: serde_json::Value = serde_json::from_str(&fs::read_to_string(stats).unwrap()).unwrap();
         ["strategy", "seed", "max_depth", "rr_depth", "lights"].map(|key| stats[key].to_string()).join(" ")
     };
-    assert_eq!(settings(&[]), "\"nee\" 7 3 null \"uniform\"");
+    assert_eq!(settings(&[]), "\"nee\" 7 3 null \"tree\"");
     let flags = ["--strategy", "bsdf", "--seed", "8", "--max-depth", "0", "--rr-depth", "5", "--lights", "power"];
     assert_eq!(settings(&flags), "\"bsdf\" 8 0 5 \"power\"");
 }
