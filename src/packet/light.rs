@@ -1,9 +1,10 @@
 //! Light sampling for eight surface points at a time.
 
 use super::environment::{map_pdf_dir, sample_map};
+use super::solid_angle::solid_angles;
 use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
 use super::texture::{interpolate, look_up};
-use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
+use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::sampler::unit_x8;
 use crate::scene::lights::{EnvironmentLight, LightTable, Selection};
@@ -73,12 +74,23 @@ pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights
     radiance * look_up(&pictures.textures, U32x8::gather(&pictures.texture, light), uv)
 }
 
+/// The probabilities with which light samples go to emitters.
+#[inline(always)]
+fn selection_probabilities(lights: &LightTable, light: U32x8) -> F32x8 {
+    match lights.probabilities[..] {
+        [same] => F32x8::splat(same),
+        _ => F32x8::gather(&lights.probabilities, light),
+    }
+}
+
 #[inline(always)]
 fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u: [F32x8; 2]) -> LightSamples {
     let chosen = choose_triangles(lights, word);
     let columns = gather_records(&lights.records, chosen);
-    let weights = sample_uniform_triangle(u);
-    let (position, offset) = point_and_offset(&vertices(&columns), weights, F32x8::ZERO);
+    let vertices = vertices(&columns);
+    let solid_angles = solid_angles(&vertices, columns[15].abs(), points.origin);
+    let weights = solid_angles.sample(u);
+    let (position, offset) = point_and_offset(&vertices, weights, F32x8::ZERO);
     let mut light_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let to_light = position - points.position;
     let distance_squared = to_light.dot(to_light);
@@ -92,7 +104,8 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
         light_normal = behind.select_vec3(-light_normal, light_normal);
         pdf_area = pdf_area.abs();
     }
-    let pdf_dir = pdf_area * distance_squared / light_cosine;
+    let pdf_dir = solid_angles.pdf_dir(pdf_area * distance_squared / light_cosine);
+    let pdf_dir = selection_probabilities(lights, chosen) * pdf_dir;
     let zero = F32x8::ZERO;
     LightSamples {
         direction,
@@ -103,6 +116,22 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
         shadow_direction: (position + light_normal.scale(offset)) - points.origin,
         shadow_tmax: F32x8::ONE,
     }
+}
+
+/// Densities per steradian with which [`sample_lights`] would have drawn, for points whose rays start at `origin`, the points
+/// that rays hit at distances `t` on `light`s (`columns`: their gathered records) under `light_cosine`.
+#[inline(always)]
+pub fn light_pdf_dir(
+    lights: &LightTable,
+    origin: Vec3x8,
+    (light, columns): (U32x8, &[F32x8; 16]),
+    t: F32x8,
+    light_cosine: F32x8,
+) -> F32x8 {
+    let pdf_area = columns[15].abs();
+    let solid_angles = solid_angles(&vertices(columns), pdf_area, origin);
+    let pdf_dir = solid_angles.pdf_dir(pdf_area * (t * t) / light_cosine);
+    selection_probabilities(lights, light) * pdf_dir
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance.

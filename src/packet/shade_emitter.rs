@@ -1,6 +1,6 @@
 //! Stage: rays that hit an emitter find its emission, weighed by what light sampling would have found.
 
-use super::light::emitted;
+use super::light::{emitted, light_pdf_dir};
 use super::mis;
 use super::plan::Plan;
 use super::state::{COUNTS_ONE, COUNTS_ZERO, SLOT, TileState};
@@ -23,18 +23,17 @@ pub fn shade_emitter(setup: &Setup, plan: &Plan, state: &mut TileState) {
         let normal = Vec3x8::new(triangle[9], triangle[10], triangle[11]);
         let index = light;
         let light = gather_records(&setup.lights.records, index);
-        let (mut light_cosine, mut pdf_area) = (-normal.dot(direction), light[15]);
+        let mut light_cosine = -normal.dot(direction);
         let mut shines = light_cosine.gt(F32x8::ZERO);
         if setup.lights.two_sided {
-            let both = pdf_area.lt(F32x8::ZERO);
+            let both = light[15].lt(F32x8::ZERO);
             light_cosine = shines.select(light_cosine, -light_cosine);
             shines = shines | both;
-            pdf_area = pdf_area.abs();
         }
         let slot = U32x8::gather(&paths.slot, row);
         let weight = if plan.needs.pdf {
-            let t = gather(&hits.t);
-            let pdf_light = pdf_area * (t * t) / light_cosine;
+            let origin = Vec3x8::new(gather(&paths.rays.ox), gather(&paths.rays.oy), gather(&paths.rays.oz));
+            let pdf_light = light_pdf_dir(&setup.lights, origin, (index, &light), gather(&hits.t), light_cosine);
             emission_weight(setup.strategy, slot, gather(&paths.pdf_dir), pdf_light)
         } else {
             emission_weight(setup.strategy, slot, F32x8::ONE, F32x8::ONE)

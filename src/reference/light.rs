@@ -1,12 +1,13 @@
 //! Light sampling: choose a light, choose a point or a direction, and say with which density.
 
 use super::environment::{map_pdf_dir, sample_map, texel_index};
+use super::solid_angle::solid_angle;
 use super::surface::{SurfacePoint, point_and_offset};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use super::{Real, Vec3, vec3};
 use crate::sampler::unit;
-use crate::scene::lights::{EnvironmentLight, LightPictures, LightRecord, LightTable};
+use crate::scene::lights::{EnvironmentLight, LightPictures, LightTable};
 use crate::scene::textures::NO_TEXTURE;
 
 /// A light sample as seen from a surface point.
@@ -36,7 +37,12 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
     }
     let chosen = lights.choose_triangle(word);
     let light = &lights.records[chosen as usize];
-    let weights = sample_uniform_triangle(u);
+    let pdf_area = light.pdf_area() as Real;
+    let solid_angle = solid_angle(&light.vertices, pdf_area, point.origin);
+    let weights = match &solid_angle {
+        Some(solid_angle) => solid_angle.sample(u),
+        None => sample_uniform_triangle(u),
+    };
     let (position, offset) = point_and_offset(&light.vertices, weights, 0.0);
     let to_light = position - point.position;
     let distance_squared = to_light.dot(to_light);
@@ -53,7 +59,9 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
     if !(cosine > 0.0 && light_cosine > 0.0) {
         return None;
     }
-    let pdf_dir = light.pdf_area() as Real * distance_squared / light_cosine;
+    let by_area = pdf_area * distance_squared / light_cosine;
+    let pdf_dir = solid_angle.map_or(by_area, |solid_angle| solid_angle.pdf_dir(by_area));
+    let pdf_dir = lights.probability(chosen) as Real * pdf_dir;
     if !(pdf_dir > 0.0) {
         return None;
     }
@@ -100,10 +108,16 @@ pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
     }
 }
 
-/// Density per steradian with which [`sample_light`] would have drawn the point a BSDF ray hit: at distance `t`, on a
-/// side of `light` that emits, where the ray's direction makes `light_cosine` with that side's (reversed) normal.
-pub fn light_pdf_dir(light: &LightRecord, t: Real, light_cosine: Real) -> Real {
-    light.pdf_area() as Real * (t * t) / light_cosine
+/// Density per steradian with which [`sample_light`] would have drawn, for a point whose rays start at `origin`, the point a
+/// BSDF ray hit: at distance `t`, on a side of `light` that emits, where the ray's direction makes `light_cosine` with that
+/// side's (reversed) normal.
+pub fn light_pdf_dir(lights: &LightTable, origin: Vec3, light: u32, t: Real, light_cosine: Real) -> Real {
+    let record = &lights.records[light as usize];
+    let pdf_area = record.pdf_area() as Real;
+    let by_area = pdf_area * (t * t) / light_cosine;
+    let solid_angle = solid_angle(&record.vertices, pdf_area, origin);
+    let pdf_dir = solid_angle.map_or(by_area, |solid_angle| solid_angle.pdf_dir(by_area));
+    lights.probability(light) as Real * pdf_dir
 }
 
 /// The radiance that a ray in direction `direction` finds when it leaves the scene, and the density per steradian with

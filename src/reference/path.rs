@@ -88,9 +88,10 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
 
         // shade_emitter
         let light = setup.lights.records.get(triangle.light as usize);
-        if let Some(light) = light.filter(|light| point.front || light.two_sided()) {
+        if light.is_some_and(|light| point.front || light.two_sided()) {
             let light_cosine = -point.true_normal.dot(ray.direction);
-            let weight = emission_weight(setup, previous, light_pdf_dir(light, hit.t, light_cosine));
+            let pdf_light = light_pdf_dir(&setup.lights, ray.origin, triangle.light, hit.t, light_cosine);
+            let weight = emission_weight(setup, previous, pdf_light);
             let radiance = emitted(&setup.lights, triangle.light, [1.0 - hit.u - hit.v, hit.u, hit.v]);
             let gain = step.beta * radiance * weight;
             step.radiance += gain;
