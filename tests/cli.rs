@@ -377,6 +377,12 @@ fn bench_rows_have_the_contract_keys() {
     let renders = rows.iter().filter(|row| row["what"] == "render" && row["mpaths_per_s"].as_f64() > Some(0.0));
     assert_eq!(renders.count(), 2);
     assert!(rows.iter().any(|row| row["what"] == "intersect_shadow" && row["clock"] == "wall"));
+    let lights = octray::Lights::ALL.iter().map(|lights| format!("light sample ({})", lights.name()));
+    for what in lights.chain(["point by area", "point by solid angle"].map(str::to_owned)) {
+        let of = |engine: &str| rows.iter().find(|row| row["what"] == what && row["engine"] == engine).unwrap();
+        assert!(of("packet")["lanes_used"].as_f64() > Some(0.0) && of("packet")["clock"] == "cpu", "{what}");
+        assert!(["packet", "scalar"].map(of).iter().all(|row| row["ns_per_item"].as_f64() > Some(0.0)), "{what}");
+    }
 }
 
 #[test]

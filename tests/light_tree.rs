@@ -269,7 +269,8 @@ fn a_tree_finds_the_lamps_that_matter() {
         }
     }
     let scene = maker.seen([42.0, 1.5, 3.8], [42.0, 0.8, 0.0], 60.0);
-    let settings = |lights| Settings { lights, strategy: Strategy::Nee, max_depth: Some(1), ..common::small(24, 24, 256) };
+    let settings =
+        |lights| Settings { lights, strategy: Strategy::Nee, max_depth: Some(1), ..common::small(24, 24, 256) };
     let error = |lights| {
         let film = render(&scene, &settings(lights)).film;
         common::estimate(&film, 0..24, 0..24, 1)

@@ -2,9 +2,10 @@
 
 use super::environment::{map_pdf_dir, sample_map};
 use super::light_tree::{Receivers, choose_lights, environment_eighths, light_probabilities};
+use super::solid_angle::solid_angles;
 use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
 use super::texture::{interpolate, look_up};
-use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
+use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::sampler::unit_x8;
 use crate::scene::lights::{EnvironmentLight, LightTable, Selection};
@@ -107,6 +108,15 @@ pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights
     radiance * look_up(&pictures.textures, U32x8::gather(&pictures.texture, light), uv)
 }
 
+/// The probabilities with which light samples go to emitters.
+#[inline(always)]
+fn selection_probabilities(lights: &LightTable, light: U32x8) -> F32x8 {
+    match lights.probabilities[..] {
+        [same] => F32x8::splat(same),
+        _ => F32x8::gather(&lights.probabilities, light),
+    }
+}
+
 #[inline(always)]
 fn sample_triangles(
     lights: &LightTable,
@@ -120,11 +130,16 @@ fn sample_triangles(
             let (chosen, probability) = choose_lights(tree, &receivers_of(points), active, word);
             (chosen, probability * triangle_share(lights, &receivers_of(points)))
         }
-        _ => (choose_triangles(lights, word), F32x8::ONE),
+        _ => {
+            let chosen = choose_triangles(lights, word);
+            (chosen, selection_probabilities(lights, chosen))
+        }
     };
     let columns = gather_records(&lights.records, chosen);
-    let weights = sample_uniform_triangle(u);
-    let (position, offset) = point_and_offset(&vertices(&columns), weights, F32x8::ZERO);
+    let vertices = vertices(&columns);
+    let solid_angles = solid_angles(&vertices, columns[15].abs(), points.origin);
+    let weights = solid_angles.sample(u);
+    let (position, offset) = point_and_offset(&vertices, weights, F32x8::ZERO);
     let mut light_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let to_light = position - points.position;
     let distance_squared = to_light.dot(to_light);
@@ -138,7 +153,8 @@ fn sample_triangles(
         light_normal = behind.select_vec3(-light_normal, light_normal);
         pdf_area = pdf_area.abs();
     }
-    let pdf_dir = pdf_area * probability * distance_squared / light_cosine;
+    let by_area = pdf_area * distance_squared / light_cosine;
+    let pdf_dir = probability * solid_angles.pdf_dir(by_area);
     let zero = F32x8::ZERO;
     LightSamples {
         direction,
@@ -151,23 +167,25 @@ fn sample_triangles(
     }
 }
 
-/// Densities per steradian with which [`sample_lights`] would have drawn, for `receivers`, the points that rays hit: at
-/// distances `t`, on the `light`s, whose densities by area are `pdf_area`; see the scalar twin.
+/// Densities per steradian with which [`sample_lights`] would have drawn, for `receivers`, the points that rays hit at
+/// distances `t` on `light`s (`columns`: their gathered records) under `light_cosine`.
 #[inline(always)]
 pub fn light_pdf_dir(
     lights: &LightTable,
-    receivers: &Receivers,
-    active: Mask8,
-    light: U32x8,
-    (pdf_area, t, light_cosine): (F32x8, F32x8, F32x8),
+    (receivers, active): (&Receivers, Mask8),
+    (light, columns): (U32x8, &[F32x8; 16]),
+    t: F32x8,
+    light_cosine: F32x8,
 ) -> F32x8 {
     let probability = match &lights.selection {
         Selection::Tree(tree) => {
             light_probabilities(tree, receivers, active, light) * triangle_share(lights, receivers)
         }
-        _ => F32x8::ONE,
+        _ => selection_probabilities(lights, light),
     };
-    pdf_area * probability * (t * t) / light_cosine
+    let pdf_area = columns[15].abs();
+    let solid_angles = solid_angles(&vertices(columns), pdf_area, receivers.origin);
+    probability * solid_angles.pdf_dir(pdf_area * (t * t) / light_cosine)
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance.

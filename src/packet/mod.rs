@@ -21,6 +21,7 @@ pub mod shade_emitter;
 pub mod shade_glossy;
 pub mod shade_miss;
 pub mod shade_surface;
+pub mod solid_angle;
 pub mod sort_hits;
 pub mod state;
 pub mod surface;

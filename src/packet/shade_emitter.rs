@@ -24,22 +24,22 @@ pub fn shade_emitter(setup: &Setup, plan: &Plan, state: &mut TileState) {
         let normal = Vec3x8::new(triangle[9], triangle[10], triangle[11]);
         let index = light;
         let light = gather_records(&setup.lights.records, index);
-        let (mut light_cosine, mut pdf_area) = (-normal.dot(direction), light[15]);
+        let mut light_cosine = -normal.dot(direction);
         let mut shines = light_cosine.gt(F32x8::ZERO);
         if setup.lights.two_sided {
-            let both = pdf_area.lt(F32x8::ZERO);
+            let both = light[15].lt(F32x8::ZERO);
             light_cosine = shines.select(light_cosine, -light_cosine);
             shines = shines | both;
-            pdf_area = pdf_area.abs();
         }
         let slot = U32x8::gather(&paths.slot, row);
         let weight = if plan.needs.pdf {
             let normal = if plan.needs.normal { paths.normal.gather(row) } else { normal };
             let rays = &paths.rays;
             let origin = Vec3x8::new(gather(&rays.ox), gather(&rays.oy), gather(&rays.oz));
-            let asks = active & (slot & U32x8::splat(COUNTS_ONE | COUNTS_ZERO)).eq(U32x8::ZERO) & shines;
-            let found = (pdf_area, gather(&hits.t), light_cosine);
-            let pdf_light = light_pdf_dir(&setup.lights, &Receivers { origin, normal }, asks, index, found);
+            let asks = active & shines & (slot & U32x8::splat(COUNTS_ONE | COUNTS_ZERO)).eq(U32x8::ZERO);
+            let receivers = (&Receivers { origin, normal }, asks);
+            let found = (index, &light);
+            let pdf_light = light_pdf_dir(&setup.lights, receivers, found, gather(&hits.t), light_cosine);
             emission_weight(setup.strategy, slot, gather(&paths.pdf_dir), pdf_light)
         } else {
             emission_weight(setup.strategy, slot, F32x8::ONE, F32x8::ONE)

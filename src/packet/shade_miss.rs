@@ -42,9 +42,7 @@ fn shade_miss<const MAP: bool>(setup: &Setup, plan: &Plan, state: &mut TileState
                 (texels.radiance, pdf_light)
             }
             // A constant environment is sampled by a cosine hemisphere; so are diffuse surfaces, which then know the density.
-            _ if plan.needs.cosine => {
-                (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(gather(&paths.cosine)))
-            }
+            _ if plan.needs.cosine => (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(gather(&paths.cosine))),
             _ => (Vec3x8::splat(constant), pdf_dir),
         };
         let pdf_light = if plan.needs.pdf {

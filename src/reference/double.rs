@@ -53,6 +53,8 @@ pub mod microfacet;
 pub mod mis;
 #[path = "path.rs"]
 pub mod path;
+#[path = "solid_angle.rs"]
+pub mod solid_angle;
 #[path = "surface.rs"]
 pub mod surface;
 #[path = "texture.rs"]

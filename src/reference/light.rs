@@ -2,6 +2,7 @@
 
 use super::environment::{map_pdf_dir, sample_map, texel_index};
 use super::light_tree::{Receiver, choose_light, environment_eighths, light_probability};
+use super::solid_angle::solid_angle;
 use super::surface::{SurfacePoint, point_and_offset};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
@@ -41,10 +42,18 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
             let (chosen, probability) = choose_light(tree, &receiver, word);
             (chosen, probability * triangle_share(lights, &receiver))
         }
-        _ => (lights.choose_triangle(word), 1.0),
+        _ => {
+            let chosen = lights.choose_triangle(word);
+            (chosen, lights.probability(chosen) as Real)
+        }
     };
     let light = &lights.records[chosen as usize];
-    let weights = sample_uniform_triangle(u);
+    let pdf_area = light.pdf_area() as Real;
+    let solid_angle = solid_angle(&light.vertices, pdf_area, point.origin);
+    let weights = match &solid_angle {
+        Some(solid_angle) => solid_angle.sample(u),
+        None => sample_uniform_triangle(u),
+    };
     let (position, offset) = point_and_offset(&light.vertices, weights, 0.0);
     let to_light = position - point.position;
     let distance_squared = to_light.dot(to_light);
@@ -61,7 +70,8 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
     if !(cosine > 0.0 && light_cosine > 0.0) {
         return None;
     }
-    let pdf_dir = light.pdf_area() as Real * probability * distance_squared / light_cosine;
+    let by_area = pdf_area * distance_squared / light_cosine;
+    let pdf_dir = probability * solid_angle.map_or(by_area, |solid_angle| solid_angle.pdf_dir(by_area));
     if !(pdf_dir > 0.0) {
         return None;
     }
@@ -114,9 +124,13 @@ pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
 pub fn light_pdf_dir(lights: &LightTable, receiver: &Receiver, light: u32, t: Real, light_cosine: Real) -> Real {
     let probability = match &lights.selection {
         Selection::Tree(tree) => light_probability(tree, receiver, light) * triangle_share(lights, receiver),
-        _ => 1.0,
+        _ => lights.probability(light) as Real,
     };
-    lights.records[light as usize].pdf_area() as Real * probability * (t * t) / light_cosine
+    let record = &lights.records[light as usize];
+    let pdf_area = record.pdf_area() as Real;
+    let by_area = pdf_area * (t * t) / light_cosine;
+    let solid_angle = solid_angle(&record.vertices, pdf_area, receiver.origin);
+    probability * solid_angle.map_or(by_area, |solid_angle| solid_angle.pdf_dir(by_area))
 }
 
 /// The radiance that a ray in direction `direction` finds when it leaves the scene, and the density per steradian with

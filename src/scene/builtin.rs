@@ -7,34 +7,56 @@ use crate::scene::desc::{
 use crate::scene::nearest::nearest;
 use crate::scene::validate;
 use glam::DVec3;
+use std::ops::RangeInclusive;
+
+mod lamp_hall;
 
 /// What may stand behind `builtin:`.
-pub const NAMES: &[&str] = &["heavy"];
+pub const NAMES: &[&str] = &["heavy", "lamp_hall"];
 
-/// Triangles of `builtin:heavy`; `builtin:heavy:N` has N.
-const HEAVY_TRIANGLES: u32 = 1_200_000;
-/// The smallest and largest N: below, the fixed parts do not fit; above, memory is the limit.
-const HEAVY_RANGE: std::ops::RangeInclusive<u32> = 2_000..=50_000_000;
+/// A scene made in code; its size may follow its name: `heavy:20000`.
+struct Builtin {
+    name: &'static str,
+    /// What the size counts.
+    counts: &'static str,
+    /// The size where none is given.
+    size: u32,
+    /// The smallest and the largest size.
+    sizes: RangeInclusive<u32>,
+    make: fn(String, u32) -> SceneDesc,
+}
 
-/// Builds `builtin:NAME`; a size may follow the name: `heavy:20000`.
+/// Below the smallest sizes the fixed parts do not fit (or light up nothing); above the largest, memory is the limit.
+const SCENES: [Builtin; 2] = [
+    Builtin { name: NAMES[0], counts: "triangle count", size: 1_200_000, sizes: 2_000..=50_000_000, make: heavy },
+    Builtin {
+        name: NAMES[1],
+        counts: "number of lamps",
+        size: 2_000,
+        sizes: 100..=1_000_000,
+        make: lamp_hall::lamp_hall,
+    },
+];
+
+/// Builds `builtin:NAME` or `builtin:NAME:SIZE`.
 pub fn build(name: &str) -> Result<SceneDesc> {
     let scene = format!("builtin:{name}");
     let (name, size) = name.split_once(':').map_or((name, None), |(name, size)| (name, Some(size)));
     let fault = |message: String| Err(Error::Scene { scene: scene.clone(), message });
-    if !NAMES.contains(&name) {
+    let Some(builtin) = SCENES.iter().find(|builtin| builtin.name == name) else {
         let hint = nearest(name, NAMES.iter().copied()).unwrap_or_default();
         let known = NAMES.iter().map(|name| format!("builtin:{name}")).collect::<Vec<_>>().join(", ");
         return fault(format!("no such scene; did you mean `builtin:{hint}`? Known: {known}"));
-    }
-    let triangles = match size.map(str::parse::<u32>) {
-        None => HEAVY_TRIANGLES,
-        Some(Ok(n)) if HEAVY_RANGE.contains(&n) => n,
+    };
+    let size = match size.map(str::parse::<u32>) {
+        None => builtin.size,
+        Some(Ok(size)) if builtin.sizes.contains(&size) => size,
         Some(_) => {
-            let (first, last) = (HEAVY_RANGE.start(), HEAVY_RANGE.end());
-            return fault(format!("the number behind the name is the triangle count, {first} to {last}"));
+            let (first, last) = (builtin.sizes.start(), builtin.sizes.end());
+            return fault(format!("the number behind the name is the {}, {first} to {last}", builtin.counts));
         }
     };
-    let scene = heavy(scene, triangles);
+    let scene = (builtin.make)(scene, size);
     validate::check(&scene)?;
     Ok(scene)
 }
@@ -50,12 +72,6 @@ const EYE: DVec3 = DVec3::new(-9.5, 4.6, 9.5);
 /// A walled hall with rough ground, boulders and grass, lit by small lamps and the sky through a hole in its ceiling:
 /// long indirect paths, needle triangles, boulders that overlap, and many small lights.
 fn heavy(name: String, triangles: u32) -> SceneDesc {
-    let diffuse = |name: &str, albedo: [f64; 3], emission: [f64; 3]| MaterialDesc {
-        name: name.into(),
-        scattering: Scattering::Diffuse { albedo },
-        emission,
-        ..MaterialDesc::default()
-    };
     let dark = [0.0; 3];
     let materials = vec![
         diffuse("ground", [0.45, 0.38, 0.3], dark),
@@ -97,6 +113,10 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
         environment: Some(EnvironmentDesc::Constant { radiance: [3.0, 3.8, 5.0] }),
         warnings: Vec::new(),
     }
+}
+
+fn diffuse(name: &str, albedo: [f64; 3], emission: [f64; 3]) -> MaterialDesc {
+    MaterialDesc { name: name.into(), scattering: Scattering::Diffuse { albedo }, emission, ..MaterialDesc::default() }
 }
 
 #[derive(Default)]
@@ -162,7 +182,7 @@ fn add_hall(mesh: &mut Mesh) {
     }
 }
 
-/// A sphere of 6 grids of `cells` x `cells` quads, pushed in and out by noise.
+/// A sphere pushed in and out by noise.
 fn add_boulder(mesh: &mut Mesh, boulder: u32, cells: u32) {
     let random = |k: u64| uniform(u64::from(boulder), 20 + k);
     let radius = 0.25 + 1.1 * random(0) * random(1);
@@ -176,6 +196,11 @@ fn add_boulder(mesh: &mut Mesh, boulder: u32, cells: u32) {
         let p = p / p.length();
         centre + p * (radius * (0.6 + 0.8 * fractal(2.0 * p, 6, 100 + u64::from(boulder))))
     };
+    add_ball(mesh, cells, surface, 4 + boulder % 3);
+}
+
+/// A sphere of 6 grids of `cells` x `cells` quads whose points `surface` moves to their places.
+fn add_ball(mesh: &mut Mesh, cells: u32, surface: impl Fn(DVec3) -> DVec3, material: u32) {
     // (2i - n) / n is exactly antisymmetric, so the six grids share the bits of their edges.
     let along = |i: u32| (2.0 * f64::from(i) - f64::from(cells)) / f64::from(cells);
     let side = cells + 1;
@@ -190,7 +215,7 @@ fn add_boulder(mesh: &mut Mesh, boulder: u32, cells: u32) {
             let at = |i: u32, k: u32| base + i * side + k;
             let (b, d) = (at(i + 1, k), at(i, k + 1));
             let (b, d) = if sign > 0.0 { (b, d) } else { (d, b) };
-            mesh.quad([at(i, k), b, at(i + 1, k + 1), d], 4 + boulder % 3);
+            mesh.quad([at(i, k), b, at(i + 1, k + 1), d], material);
         }
     }
 }

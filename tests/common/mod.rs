@@ -4,7 +4,7 @@
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 9] = [
+pub const SCENES: [&str; 10] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
@@ -14,6 +14,7 @@ pub const SCENES: [&str; 9] = [
     "scenes/glass.toml",
     "scenes/sky.toml",
     "builtin:heavy:20000",
+    "builtin:lamp_hall:300",
 ];
 
 /// A scene of ours, ready; panics with the reason if it does not load.

@@ -100,19 +100,79 @@ fn heavy_has_the_triangles_it_promises() {
     }
     // The same bits on every machine: a digest of the small one, taken when the scene was made.
     let scene = SceneDesc::load("builtin:heavy:2000").unwrap();
-    let digest =
-        scene.positions.iter().flatten().fold(0u64, |d, x| (d ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01B3));
-    assert_eq!(digest, HEAVY_DIGEST, "builtin:heavy changed: old measurements no longer compare");
+    assert_eq!(digest(&scene), HEAVY_DIGEST, "builtin:heavy changed: old measurements no longer compare");
 }
 
 const HEAVY_DIGEST: u64 = 0xDC29_987A_AC13_1E61;
 
+/// A number that changes with any bit of the vertices.
+fn digest(scene: &SceneDesc) -> u64 {
+    scene.positions.iter().flatten().fold(0, |d, x| (d ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01B3))
+}
+
+#[test]
+fn the_lamp_hall_has_its_lamps_each_on_a_wall_and_none_over_another() {
+    for n in [100, 2_000, 12_345] {
+        let scene = SceneDesc::load(format!("builtin:lamp_hall:{n}")).unwrap();
+        let shines = |i: &usize| scene.materials[scene.triangles[*i].material as usize].emission != [0.0; 3];
+        let corners =
+            |i: usize| scene.triangles[i].vertices.map(|v| DVec3::from(scene.positions[v as usize].map(f64::from)));
+        let (lamps, walls): (Vec<_>, Vec<_>) = (0..scene.triangles.len()).partition(shines);
+        assert_eq!(lamps.len(), 2 * n);
+        assert!(
+            (0..scene.triangles.len())
+                .all(|i| !is_degenerate(scene.triangles[i].vertices.map(|v| scene.positions[v as usize])))
+        );
+        assert!(volume(&scene, "clay") > 0.0, "the stones face outwards");
+        // Each lamp lies just in front of a wall, floor, ceiling or pillar that faces the same way.
+        for &lamp in &lamps {
+            let (normal, middle) = (front(&scene, lamp).normalize(), corners(lamp).iter().sum::<DVec3>() / 3.0);
+            let carries = |&wall: &usize| {
+                let (facing, points) = (front(&scene, wall).normalize(), corners(wall));
+                let gap = (middle - points[0]).dot(facing);
+                let inside =
+                    (0..3).all(|k| (points[(k + 1) % 3] - points[k]).cross(middle - points[k]).dot(facing) >= -1e-6);
+                facing.dot(normal) > 0.9999 && (0.01..0.03).contains(&gap) && inside
+            };
+            assert!(walls.iter().any(carries), "lamp triangle {lamp} at {middle} shines from nowhere");
+        }
+        // Lamps of one wall share a plane: two triangles of different lamps must not overlap. Their boxes do not.
+        let mut boxes: Vec<(DVec3, DVec3)> = (lamps.chunks_exact(2))
+            .map(|pair| {
+                let points = pair.iter().flat_map(|&i| corners(i));
+                points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+            })
+            .collect();
+        boxes.sort_by(|a, b| a.0.z.total_cmp(&b.0.z));
+        for (i, a) in boxes.iter().enumerate() {
+            let reach = boxes[i + 1..].iter().take_while(|b| b.0.z <= a.1.z);
+            assert!(reach.into_iter().all(|b| !(b.0.cmple(a.1) & a.0.cmple(b.1)).all()), "lamps overlap: {a:?}");
+        }
+    }
+    let scene = SceneDesc::load("builtin:lamp_hall").unwrap();
+    assert_eq!(digest(&scene), LAMP_HALL_DIGEST, "builtin:lamp_hall changed: old measurements no longer compare");
+}
+
+const LAMP_HALL_DIGEST: u64 = 0xF244_F27A_460D_E47D;
+
 #[test]
 fn unknown_builtins_name_the_known() {
-    for name in ["builtin:", "builtin:hevy", "builtin:heavy:x", "builtin:heavy:1", "builtin:heavy:99999999999"] {
+    for name in [
+        "builtin:",
+        "builtin:hevy",
+        "builtin:heavy:x",
+        "builtin:heavy:1",
+        "builtin:heavy:99999999999",
+        "builtin:lamp_hall:9",
+    ] {
         let error = SceneDesc::load(name).unwrap_err();
         let message = error.to_string();
-        assert!(error.exit_status() == 2 && message.starts_with(name) && message.contains("heavy"), "{message}");
+        assert!(
+            error.exit_status() == 2
+                && message.starts_with(name)
+                && ["heavy", "lamps"].iter().any(|word| message.contains(word)),
+            "{message}"
+        );
     }
 }
 
