@@ -8,7 +8,7 @@
 //! otherwise in their first line (`compress`, `transpose`, `gather`, reductions).
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
-use wide::{f32x8, i32x8, u32x8};
+use wide::{f32x8, i32x8, u8x32, u32x8};
 
 /// Lanes in a packet.
 pub const LANES: usize = 8;
@@ -298,6 +298,37 @@ impl U32x8 {
     pub fn max_signed(self, other: Self) -> Self {
         let (a, b): (i32x8, i32x8) = (bytemuck::cast(self.0), bytemuck::cast(other.0));
         Self(bytemuck::cast(a.max(b)))
+    }
+    /// Lane by lane, `self >> counts`; every count must be below 32.
+    #[inline(always)]
+    pub fn shift_right_each(self, counts: Self) -> Self {
+        Self(self.0 >> counts.0)
+    }
+    /// Every byte `b` becomes `table[b]`; all must be below 16.
+    #[inline(always)]
+    pub fn look_up_bytes(self, table: [u8; 16]) -> Self {
+        let table = u8x32::new(std::array::from_fn(|i| table[i % 16]));
+        Self(bytemuck::cast(table.swizzle_half_relaxed(bytemuck::cast(self.0))))
+    }
+    /// Bit 0 becomes bit 31, bit 1 bit 30 and so on.
+    #[inline(always)]
+    pub fn reverse_bits(self) -> Self {
+        if cfg!(target_feature = "avx2") {
+            /// Half bytes, mirrored.
+            const MIRRORED: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
+            let half = Self::splat(0x0f0f_0f0f);
+            let low = (self & half).look_up_bytes(MIRRORED.map(|bits| bits << 4));
+            let mirrored: u8x32 = bytemuck::cast((low | (self >> 4 & half).look_up_bytes(MIRRORED)).0);
+            let bytes = u8x32::new(std::array::from_fn(|i| (i % 16) as u8 ^ 3));
+            return Self(bytemuck::cast(mirrored.swizzle_half_relaxed(bytes)));
+        }
+        let swap = |x: Self, bits: u32, mask: u32| {
+            let mask = Self::splat(mask);
+            (x >> bits & mask) | (x & mask) << bits
+        };
+        let bytes = swap(swap(swap(self, 1, 0x5555_5555), 2, 0x3333_3333), 4, 0x0f0f_0f0f);
+        let halves = swap(bytes, 8, 0x00ff_00ff);
+        halves >> 16 | halves << 16
     }
     /// Crosses lanes: lane `i` becomes lane `indices[i]`; every index must be below 8.
     #[inline(always)]

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::clock::Stopwatch;
-use crate::film::{ErrorSums, Film, NonFinite, Pixel};
+use crate::film::{ErrorSums, Film, GroupSums, NonFinite, Pixel, Sums};
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
 use crate::packet::state::{Slots, TileState};
@@ -49,7 +49,7 @@ pub struct Progress {
     /// Wall seconds since the start.
     pub seconds: f64,
     /// The picture's estimated relative error ([`Film::relative_error`]) after the last whole pass; `None` before there are
-    /// two samples in every pixel, and for a black picture.
+    /// two samples (four with the `sobol` sampler) in every pixel, and for a black picture.
     pub relative_error: Option<f64>,
 }
 
@@ -66,7 +66,7 @@ pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn F
     let plan = Plan::new(&setup);
     let setup_s = preparing.wall_seconds();
     let spp = settings.spp.max(1);
-    let tiles = cut_into_tiles(setup.crop, spp.min(PASS_SPP));
+    let tiles = cut_into_tiles(&setup, spp.min(PASS_SPP));
     let threads = thread_count(settings.threads).min(tiles.len());
     let watch = Stopwatch::start();
     let job = Job {
@@ -124,13 +124,16 @@ fn thread_count(asked: usize) -> usize {
 struct Tile {
     area: Crop,
     pixels: Vec<Pixel>,
+    /// As [`Film::groups`].
+    groups: Vec<GroupSums>,
     nonfinite: Vec<(u32, u32, u32)>,
     /// For the error estimate after this pass.
     error: ErrorSums,
 }
 
 /// Tiles small enough that a pass over one fills, and does not overflow, the packet engine's queues.
-fn cut_into_tiles(crop: Crop, pass_spp: u32) -> Vec<Mutex<Tile>> {
+fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
+    let crop = setup.crop;
     let (width, height) = match pass_spp {
         8.. => (16, 16),
         4.. => (32, 16),
@@ -142,8 +145,8 @@ fn cut_into_tiles(crop: Crop, pass_spp: u32) -> Vec<Mutex<Tile>> {
         for x in (0..crop.width).step_by(width) {
             let (w, h) = ((crop.width - x).min(width as u32), (crop.height - y).min(height as u32));
             let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
-            let pixels = vec![Pixel::default(); (w * h) as usize];
-            tiles.push(Mutex::new(Tile { area, pixels, nonfinite: Vec::new(), error: ErrorSums::default() }));
+            let Film { pixels, groups, .. } = Film::of_sampler(area, setup.sampler);
+            tiles.push(Mutex::new(Tile { area, pixels, groups, nonfinite: Vec::new(), error: ErrorSums::default() }));
         }
     }
     tiles
@@ -204,7 +207,7 @@ impl Job<'_> {
                 Engine::Scalar => self.scalar_tile(worker, &mut tile, range.clone()),
             }
             // By the thread that has the tile in its cache, so that between passes there is next to nothing to do.
-            tile.error = ErrorSums::of(&tile.pixels, range.end);
+            tile.error = ErrorSums::of(Sums { pixels: &tile.pixels, groups: &tile.groups, spp: range.end });
             let taken = tile.pixels.len() as u64 * range.len() as u64;
             let samples = self.samples.fetch_add(taken, Ordering::Relaxed) + taken;
             self.report(samples);
@@ -271,6 +274,8 @@ impl Tile {
         if !self.pixels[index].add(radiance) {
             let (x, y) = (index as u32 % self.area.width, index as u32 / self.area.width);
             self.nonfinite.push((self.area.y + y, self.area.x + x, sample));
+        } else if let Some(groups) = self.groups.get_mut(index) {
+            groups.add(sample, radiance);
         }
     }
 }
@@ -302,15 +307,14 @@ pub fn fill_slots(slots: &mut Slots, pixel_of_slot: &mut Vec<u32>, area: Crop, f
 /// Tiles to film, counters to statistics.
 fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stats: Stats) -> Render {
     let crop = job.setup.crop;
-    let mut film = Film::new(crop);
+    let mut film = Film::of_sampler(crop, settings.sampler);
     film.spp = spp;
     let mut nonfinite = Vec::new();
     for tile in &job.tiles {
         let tile = tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        for (row, pixels) in tile.pixels.chunks(tile.area.width as usize).enumerate() {
-            let start = (tile.area.y - crop.y) as usize + row;
-            let start = start * crop.width as usize + (tile.area.x - crop.x) as usize;
-            film.pixels[start..start + pixels.len()].copy_from_slice(pixels);
+        copy_into(&mut film.pixels, &tile.pixels, tile.area, crop);
+        if !tile.groups.is_empty() {
+            copy_into(&mut film.groups, &tile.groups, tile.area, crop);
         }
         nonfinite.extend_from_slice(&tile.nonfinite);
     }
@@ -328,6 +332,15 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     stats.finished = spp == settings.spp.max(1) || settings.time.is_some() && !job.stop.load(Ordering::Relaxed);
     film.metadata = metadata(job, settings, spp);
     Render { film, stats }
+}
+
+/// Puts what a tile holds of every pixel of `area` where it belongs in `crop`.
+fn copy_into<T: Copy>(film: &mut [T], tile: &[T], area: Crop, crop: Crop) {
+    for (row, pixels) in tile.chunks(area.width as usize).enumerate() {
+        let start = (area.y - crop.y) as usize + row;
+        let start = start * crop.width as usize + (area.x - crop.x) as usize;
+        film[start..start + pixels.len()].copy_from_slice(pixels);
+    }
 }
 
 /// The step of a path (told by the reference, which takes the same ones) that first made a value that is not finite.

@@ -76,6 +76,8 @@ named_choice! {
     Sampler, "sampler", {
         /// Counter-based pseudo-random numbers ([`crate::sampler`]).
         Independent = "independent",
+        /// Owen-scrambled Sobol points ([`crate::sampler::sobol`]).
+        Sobol = "sobol",
     }
 }
 
@@ -176,7 +178,7 @@ impl Default for Settings {
 
 /// Most columns or rows a film may have.
 pub const MAX_FILM_SIDE: u32 = 65_535;
-/// Most pixels one render may hold: its film then takes 12 GiB.
+/// Most pixels one render may hold: its film then takes 12 GiB, or 36 GiB with the groups of the `sobol` sampler.
 pub const MAX_FILM_PIXELS: u64 = 1 << 28;
 
 impl Settings {

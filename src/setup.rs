@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::scene::PreparedScene;
 use crate::scene::lights::LightTable;
-use crate::settings::{Crop, DEPTH_GUARD, MAX_FILM_SIDE, Settings, Strategy};
+use crate::settings::{Crop, DEPTH_GUARD, MAX_FILM_SIDE, Sampler, Settings, Strategy};
 
 /// One render, resolved: no option left open.
 pub struct Setup<'a> {
@@ -19,6 +19,8 @@ pub struct Setup<'a> {
     pub max_depth: u32,
     /// First depth at which roulette may end a path; `u32::MAX`: never.
     pub rr_depth: u32,
+    /// Where sample numbers come from.
+    pub sampler: Sampler,
     /// Seed of all random numbers.
     pub seed: u32,
     /// Size of the whole film (width, height).
@@ -43,6 +45,7 @@ impl<'a> Setup<'a> {
             strategy: settings.strategy,
             max_depth: settings.max_depth.unwrap_or(DEPTH_GUARD).min(DEPTH_GUARD),
             rr_depth: settings.rr_depth.unwrap_or(u32::MAX),
+            sampler: settings.sampler,
             seed: settings.seed,
             film: (width, height),
             crop,

@@ -7,19 +7,23 @@ use octray::packet::plan::Plan;
 use octray::reference::{path_steps, single};
 use octray::setup::Setup;
 use octray::trace::PathStep;
-use octray::{Crop, Engine, Lights, Settings, Strategy, packet, render};
+use octray::{Crop, Engine, Lights, Sampler, Settings, Strategy, packet, render};
 
 #[test]
 fn engines_agree_bit_for_bit_on_every_scene_and_strategy() {
     for path in SCENES {
         let scene = prepared(path);
         for &strategy in Strategy::ALL {
-            for (lights, max_depth) in [(Lights::Tree, None), (Lights::Uniform, None), (Lights::Power, Some(3))] {
-                let settings = Settings { strategy, lights, max_depth, ..small(33, 27, 3) };
+            for (lights, max_depth, sampler) in [
+                (Lights::Tree, None, Sampler::Sobol),
+                (Lights::Uniform, None, Sampler::Independent),
+                (Lights::Power, Some(3), Sampler::Sobol),
+            ] {
+                let settings = Settings { strategy, lights, max_depth, sampler, ..small(33, 27, 3) };
                 let packet = render(&scene, &settings);
                 let scalar = render(&scene, &Settings { engine: Engine::Scalar, ..settings });
                 let difference = first_difference(&packet.film, &scalar.film);
-                assert_eq!(difference, None, "{path}, {strategy}, {lights}, depth {max_depth:?}");
+                assert_eq!(difference, None, "{path}, {strategy}, {lights}, {sampler}, depth {max_depth:?}");
                 assert_eq!(packet.stats.rays, scalar.stats.rays, "{path}, {strategy}");
                 assert_eq!((packet.stats.nonfinite, packet.stats.guarded), (0, 0), "{path}, {strategy}");
             }
@@ -44,8 +48,8 @@ fn vertex_lists_agree_bit_for_bit_on_every_scene_and_strategy() {
         let scene = prepared(path);
         let (mut deepest, mut shadows) = (0, 0);
         for &strategy in Strategy::ALL {
-            for max_depth in [None, Some(2)] {
-                let settings = Settings { strategy, max_depth, ..small(64, 48, 1) };
+            for (max_depth, sampler) in [(None, Sampler::Sobol), (Some(2), Sampler::Independent)] {
+                let settings = Settings { strategy, max_depth, sampler, ..small(64, 48, 1) };
                 let setup = Setup::new(&scene, &settings);
                 let plan = Plan::new(&setup);
                 for i in 0..60 {
@@ -54,7 +58,8 @@ fn vertex_lists_agree_bit_for_bit_on_every_scene_and_strategy() {
                     let difference = octray::trace::first_difference(&scalar, &packet);
                     let (x, y) = pixel;
                     let address = format!("--pixel {x},{y} --sample {sample} --width 64 --height 48");
-                    assert_eq!(difference, None, "octray trace {path} --strategy {strategy} {address}, {max_depth:?}");
+                    let flags = format!("--strategy {strategy} --sampler {sampler} {address}");
+                    assert_eq!(difference, None, "octray trace {path} {flags}, {max_depth:?}");
                     deepest = deepest.max(scalar.len());
                     shadows += scalar.iter().filter(|step| step.shadow.is_some()).count();
                 }
@@ -67,8 +72,10 @@ fn vertex_lists_agree_bit_for_bit_on_every_scene_and_strategy() {
 #[test]
 fn threads_passes_and_crops_leave_no_trace() {
     let scene = prepared("scenes/cornell_mirror.toml");
-    for engine in [Engine::Packet, Engine::Scalar] {
-        let settings = Settings { engine, ..small(70, 41, 70) };
+    for (engine, sampler) in
+        [(Engine::Packet, Sampler::Independent), (Engine::Packet, Sampler::Sobol), (Engine::Scalar, Sampler::Sobol)]
+    {
+        let settings = Settings { engine, sampler, ..small(70, 41, 70) };
         let one = render(&scene, &settings);
         for threads in [2, 3] {
             let many = render(&scene, &Settings { threads, ..settings.clone() });
@@ -88,10 +95,11 @@ fn threads_passes_and_crops_leave_no_trace() {
 #[test]
 fn a_time_limit_equals_the_samples_it_reached() {
     let scene = prepared("scenes/cornell.toml");
-    let settings = Settings { spp: 1 << 20, time: Some(std::time::Duration::from_millis(150)), ..small(40, 40, 1) };
+    let limit = Some(std::time::Duration::from_millis(150));
+    let settings = Settings { spp: 1 << 20, time: limit, sampler: Sampler::Sobol, ..small(40, 40, 1) };
     let timed = render(&scene, &settings);
     assert!(timed.film.spp >= 1 && timed.film.spp < 1 << 20 && timed.stats.finished);
-    let counted = render(&scene, &small(40, 40, timed.film.spp));
+    let counted = render(&scene, &Settings { spp: timed.film.spp, time: None, ..settings.clone() });
     assert_eq!(first_difference(&timed.film, &counted.film), None, "{} samples", timed.film.spp);
     let least = Settings { time: Some(std::time::Duration::ZERO), ..settings };
     assert_eq!(render(&scene, &least).film.spp, 1, "at least one whole pass");

@@ -15,8 +15,8 @@ pub struct EstimatorArgs {
     /// How a light sample chooses its light: uniform, power [default: the scene's, else uniform]
     #[arg(long, value_name = "L", value_parser = |text: &str| named::<Lights>(text, &[]))]
     lights: Option<Lights>,
-    /// Where sample numbers come from: independent [default: the scene's, else independent]
-    #[arg(long, value_name = "S", value_parser = |text: &str| named::<Sampler>(text, &["sobol"]))]
+    /// Where sample numbers come from: independent, sobol [default: the scene's, else independent]
+    #[arg(long, value_name = "S", value_parser = |text: &str| named::<Sampler>(text, &[]))]
     sampler: Option<Sampler>,
     /// Most scattering events of a path; 0 shows emission only [default: the scene's, else unbounded]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]

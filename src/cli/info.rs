@@ -43,6 +43,7 @@ struct Info {
     lights: usize,
     tables: Vec<Table>,
     strategy: &'static str,
+    sampler: &'static str,
     plan: Vec<PlannedStage>,
     left_out: Vec<LeftOut>,
     simd: &'static str,
@@ -78,6 +79,7 @@ fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) 
         film: setup.film,
         tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
         strategy: settings.strategy.name(),
+        sampler: settings.sampler.name(),
         plan: plan.stages,
         left_out: plan.left_out,
         simd: simd_level(),
@@ -101,7 +103,7 @@ fn text(info: &Info) -> String {
     let total: usize = info.tables.iter().map(|table| table.bytes).sum();
     text += &format!("\ntables, {} in all\n", bytes(total));
     text += &table(&info.tables.iter().map(|table| row(table.name, bytes(table.bytes))).collect::<Vec<_>>());
-    text += &format!("\nplan of {}\n", info.strategy);
+    text += &format!("\nplan of {}, {} samples\n", info.strategy, info.sampler);
     text += &table(&info.plan.iter().map(|stage| row(stage.stage, stage.variant.clone())).collect::<Vec<_>>());
     text += "\nleft out\n";
     text += &table(&info.left_out.iter().map(|left| row(left.what, left.why.clone())).collect::<Vec<_>>());

@@ -183,16 +183,21 @@ fn findings(render: &Render) -> Vec<String> {
 fn summary(settings: &Settings, render: &Render, written: &[String]) -> String {
     let (film, stats) = (&render.film, &render.stats);
     let bias = if settings.strategy.is_biased() { " (biased)" } else { "" };
-    let error = film.relative_error().map(|error| format!(", estimated error {:.2} %", error * 100.0));
+    let error = match film.relative_error() {
+        Some(error) => format!(", estimated error {:.2} %", error * 100.0),
+        None if film.sums().tell_errors() => String::new(),
+        None => ", error unknown: too few samples".to_owned(),
+    };
     format!(
-        "{} x {}, {} spp, {}{bias}, {:.2} s, {:.2} Mpaths/s{} -> {}\n",
+        "{} x {}, {} spp, {}{bias}, {}, {:.2} s, {:.2} Mpaths/s{} -> {}\n",
         film.width,
         film.height,
         film.spp,
         settings.strategy,
+        settings.sampler,
         stats.render_s,
         stats.paths as f64 / stats.render_s.max(1e-9) * 1e-6,
-        error.unwrap_or_default(),
+        error,
         if written.is_empty() { "nothing written".to_owned() } else { written.join(", ") },
     )
 }

@@ -41,7 +41,8 @@ pub struct Report<'a> {
     stages: &'a [StageStats],
     peak_rss_bytes: Option<u64>,
     mean_radiance: [f64; 3],
-    /// Root mean square error of the pixels by the picture's mean, estimated from the samples; `null` below two samples.
+    /// Root mean square error of the pixels by the picture's mean, estimated from the samples; `null` below two samples
+    /// (four with the `sobol` sampler).
     relative_error: Option<f64>,
     /// Standard error of `relative_error`, estimated from the spread over pixels.
     relative_error_se: Option<f64>,

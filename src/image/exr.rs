@@ -1,4 +1,5 @@
-//! OpenEXR: f32 radiance in `R,G,B`, the variance of each pixel's mean in `variance.R,G,B`, settings in the header.
+//! OpenEXR: f32 radiance in `R,G,B`, the variance of each pixel's mean in `variance.R,G,B` (where there are enough samples
+//! to know it), settings in the header.
 //!
 //! Settings go into the standard attribute `comments`, one `key = value` a line, and not into attributes of their own: the
 //! `exr` crate keeps those in a hash map and writes them in a different order every time. No compression: noise in f32
@@ -23,7 +24,10 @@ pub(super) fn write(film: &Film, out: &mut dyn Sink) -> io::Result<()> {
     let mut channels = SmallVec::new();
     for c in 0..3 {
         channels.push(AnyChannel::new(COLOR[c], plane(&|x, y| film.mean(x, y)[c])));
-        channels.push(AnyChannel::new(VARIANCE[c], plane(&|x, y| film.variance(x, y)[c])));
+        // Where the error is not known, no figure says that it is 0.
+        if film.sums().tell_errors() {
+            channels.push(AnyChannel::new(VARIANCE[c], plane(&|x, y| film.variance(x, y)[c])));
+        }
     }
     let settings: Vec<String> = film.metadata.iter().map(|(key, value)| format!("{key} = {value}")).collect();
     let attributes = LayerAttributes {

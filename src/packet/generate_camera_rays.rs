@@ -3,7 +3,7 @@
 use super::state::{COUNTS_ONE, TileState, append_rays};
 use super::warp::sample_uniform_disk;
 use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
-use crate::sampler::{CAMERA_BLOCK, random_words_x8, unit_x8};
+use crate::sampler::{CAMERA_BLOCK, sample_words_x8, unit_x8};
 use crate::scene::desc::PixelFilter;
 use crate::setup::Setup;
 
@@ -30,7 +30,11 @@ fn generate_camera_rays<const TENT: bool, const LENS: bool>(setup: &Setup, state
     for first in (0..state.slots.len).step_by(LANES) {
         let pixel = U32x8::load(&state.slots.pixel, first);
         let sample = U32x8::load(&state.slots.sample, first);
-        let words = random_words_x8(pixel, sample, CAMERA_BLOCK, setup.seed);
+        let words = if LENS {
+            sample_words_x8::<4>(setup.sampler, pixel, sample, CAMERA_BLOCK, setup.seed)
+        } else {
+            sample_words_x8::<2>(setup.sampler, pixel, sample, CAMERA_BLOCK, setup.seed)
+        };
         let offset = |word: U32x8| if TENT { tent(unit_x8(word)) } else { unit_x8(word) };
         let film_x = (pixel & U32x8::splat(0xffff)).to_f32() + offset(words[0]);
         let film_y = (pixel >> 16).to_f32() + offset(words[1]);

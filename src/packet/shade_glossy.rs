@@ -66,7 +66,7 @@ fn shade_glossy<G: Glossy, const STRATEGY: u8, const DETAIL: bool>(
         if last && !plan.last_drawn_counts {
             continue;
         }
-        let words = bsdf_words(setup, &hits, event);
+        let words = bsdf_words::<4>(setup, &hits, event);
         let u = [unit_x8(words[0]), unit_x8(words[1])];
         let (wi, factor, pdf_dir, valid) = if strategy == Strategy::Uniform {
             let wi = sample_uniform_hemisphere(u);
@@ -110,7 +110,7 @@ pub fn shade_dielectric<const STRATEGY: u8, const DETAIL: bool>(
         let hits = load_facing_hits::<DETAIL>(setup, dielectric, slots, first);
         let material = MaterialColumns::new(&gather_records(&setup.scene.materials, hits.points.material));
         let normal = hits.points.normal;
-        let words = bsdf_words(setup, &hits, event);
+        let words = bsdf_words::<4>(setup, &hits, event);
         let eta = hits.points.front.select(material.ior, one / material.ior);
         let cosine = -hits.direction.dot(normal);
         let (reflectance, cosine_t) = fresnel_dielectric(cosine, eta);

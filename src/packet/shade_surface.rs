@@ -50,7 +50,7 @@ pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool>(
         if last && !plan.last_drawn_counts {
             continue;
         }
-        let words = bsdf_words(setup, &hits, event);
+        let words = bsdf_words::<3>(setup, &hits, event);
         let u = [unit_x8(words[0]), unit_x8(words[1])];
         let (local, factor) = if strategy == Strategy::Uniform {
             let local = sample_uniform_hemisphere(u);
@@ -87,7 +87,7 @@ pub fn shade_mirror<const STRATEGY: u8, const DETAIL: bool>(
     for first in (0..mirror.len).step_by(LANES) {
         let hits = load_facing_hits::<DETAIL>(setup, mirror, slots, first);
         let normal = hits.points.normal;
-        let words = bsdf_words(setup, &hits, event);
+        let words = bsdf_words::<3>(setup, &hits, event);
         let reflected = hits.direction - normal.scale(F32x8::splat(2.0) * hits.direction.dot(normal));
         let bounce = Bounce {
             active: hits.active,

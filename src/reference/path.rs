@@ -9,7 +9,7 @@ use super::texture::look_up;
 use super::warp::sample_uniform_disk;
 use super::{Real, Vec3, bsdf, intersect, mis, vec3};
 use crate::bvh::ray::NO_HIT;
-use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, random_words, unit};
+use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, sample_words, unit};
 use crate::scene::PreparedScene;
 use crate::scene::desc::PixelFilter;
 use crate::scene::material::{MaterialKind, MaterialRecord};
@@ -63,7 +63,7 @@ impl Previous {
 /// Follows sample `sample` of pixel (`x`, `y`); `record` is told every step.
 pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut impl FnMut(TraceVertex)) -> PathResult {
     let pixel = crate::sampler::pixel_address(x, y);
-    let numbers = |block: u32| random_words(pixel, sample, block, setup.seed);
+    let numbers = |block: u32| sample_words(setup.sampler, pixel, sample, block, setup.seed);
     let scene = setup.scene;
     let mut result = PathResult::default();
     let mut step = Step { depth: 0, beta: Vec3::ONE, radiance: Vec3::ZERO, stack: stack(&scene.bvh), record };

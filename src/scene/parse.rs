@@ -230,7 +230,7 @@ fn parse_render(table: &Table<'_>) -> Result<RenderDesc> {
         spp: table.whole("spp", 1..=u32::MAX)?,
         strategy: choice(table, "strategy", &[])?,
         lights: choice(table, "lights", &["tree"])?,
-        sampler: choice(table, "sampler", &["sobol"])?,
+        sampler: choice(table, "sampler", &[])?,
         max_depth: table.whole("max_depth", 0..=u32::MAX)?,
         rr_depth,
         seed: table.whole("seed", 0..=u32::MAX)?,

@@ -34,7 +34,7 @@ height = 48
 spp = 7
 strategy = "nee"
 lights = "power"
-sampler = "independent"
+sampler = "sobol"
 max_depth = 0
 rr_depth = "off"
 seed = 4294967295
@@ -59,7 +59,7 @@ scale = 2
         (Some(7), Some(0), Some(None), Some(u32::MAX))
     );
     assert_eq!(render.strategy, Some(Strategy::Nee));
-    assert_eq!((render.lights, render.sampler), (Some(Lights::Power), Some(Sampler::Independent)));
+    assert_eq!((render.lights, render.sampler), (Some(Lights::Power), Some(Sampler::Sobol)));
     assert_eq!(scene.materials[0].scattering, Scattering::Mirror { reflectance: [0.1, 0.2, 1.0] });
     assert_eq!(scene.materials[0].emission, [4.0, 5.0, 6.0]);
     assert_eq!(scene.environment, Some(EnvironmentDesc::Constant { radiance: [2.0, 0.0, 1.0] }));
@@ -114,11 +114,6 @@ fn material_keys_must_fit_the_kind_and_their_range() {
         fails_for(entry, &["scene.toml:8:", word]);
     }
     fails_for("kind = 'dielectric'\ntransmittance = [1, 1, 2]", &["scene.toml:8:", "transmittance"]);
-}
-
-#[test]
-fn what_later_versions_bring_is_named() {
-    fails_below("[render]\nsampler = 'sobol'", &["sobol", "not supported yet"]);
 }
 
 #[test]

@@ -6,8 +6,14 @@
 //!
 //! **Addresses.** `pixel` is `y << 16 | x` in the whole film (a crop draws what the whole picture would). Block 0 belongs
 //! to the camera; event `d` (the d-th scattering event, from 0) owns the light block `1 + 2d` and the BSDF block `2 + 2d`.
+//!
+//! The `sobol` sampler ([`sobol`]) has the same addresses and spreads the numbers of one address over samples better.
+
+pub mod sobol;
 
 use crate::lanes::{F32x8, U32x8};
+use crate::settings::Sampler;
+use sobol::{sobol_words, sobol_words_x8};
 
 /// The block of the camera: numbers 0, 1 place the ray in the pixel, 2, 3 on the lens.
 pub const CAMERA_BLOCK: u32 = 0;
@@ -31,17 +37,49 @@ pub fn pixel_address(x: u32, y: u32) -> u32 {
     y << 16 | x
 }
 
+/// Four words for one address by `sampler`: uniform over all 32 bits, each.
+#[inline]
+pub fn sample_words(sampler: Sampler, pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
+    match sampler {
+        Sampler::Independent => random_words(pixel, sample, block, seed),
+        Sampler::Sobol => sobol_words(pixel, sample, block, seed),
+    }
+}
+
+/// [`sample_words`] for eight addresses that share block and seed; same bits. `NEEDED` is how many of the four words are
+/// read: with 2 words 0, 1 of a camera block, with 3 words 0, 1, 2 of a light block or 0, 1, 3 of a BSDF block; the others
+/// hold anything.
+#[inline(always)]
+pub fn sample_words_x8<const NEEDED: usize>(
+    sampler: Sampler,
+    pixel: U32x8,
+    sample: U32x8,
+    block: u32,
+    seed: u32,
+) -> [U32x8; 4] {
+    match sampler {
+        Sampler::Independent => random_words_x8(pixel, sample, block, seed),
+        Sampler::Sobol => sobol_words_x8::<NEEDED>(pixel, sample, block, seed),
+    }
+}
+
 /// Four random words for one address (PCG4D).
 #[inline]
 pub fn random_words(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
+    mix::<2>(pixel, sample, block, seed)
+}
+
+/// PCG4D. After the two rounds of the paper the upper bits of the words are well mixed, after three all of them are.
+#[inline(always)]
+fn mix<const ROUNDS: u32>(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
     let step = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
     let [mut x, mut y, mut z, mut w] = [step(pixel), step(sample), step(block), step(seed)];
-    for round in 0..2 {
+    for round in 0..ROUNDS {
         x = x.wrapping_add(y.wrapping_mul(w));
         y = y.wrapping_add(z.wrapping_mul(x));
         z = z.wrapping_add(x.wrapping_mul(y));
         w = w.wrapping_add(y.wrapping_mul(z));
-        if round == 0 {
+        if round + 1 < ROUNDS {
             [x, y, z, w] = [x, y, z, w].map(|v| v ^ v >> 16);
         }
     }
@@ -63,15 +101,21 @@ pub fn index_below(word: u32, count: u32) -> u32 {
 /// [`random_words`] for eight addresses that share block and seed; same bits.
 #[inline(always)]
 pub fn random_words_x8(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U32x8; 4] {
+    mix_x8::<2>(pixel, sample, block, seed)
+}
+
+/// [`mix`] for eight addresses.
+#[inline(always)]
+fn mix_x8<const ROUNDS: u32>(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U32x8; 4] {
     let step = |v: U32x8| v * U32x8::splat(1_664_525) + U32x8::splat(1_013_904_223);
     let (mut x, mut y) = (step(pixel), step(sample));
     let (mut z, mut w) = (step(U32x8::splat(block)), step(U32x8::splat(seed)));
-    for round in 0..2 {
+    for round in 0..ROUNDS {
         x = x + y * w;
         y = y + z * x;
         z = z + x * y;
         w = w + y * z;
-        if round == 0 {
+        if round + 1 < ROUNDS {
             [x, y, z, w] = [x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16), w ^ (w >> 16)];
         }
     }
