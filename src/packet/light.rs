@@ -118,8 +118,8 @@ fn sample_triangles(lights: &LightTable, points: &SurfacePoints, word: U32x8, u:
     }
 }
 
-/// Densities per steradian with which [`sample_lights`] would have drawn, for points whose rays start at `origin`, the points
-/// that rays hit at distances `t` on `light`s (`columns`: their gathered records) under `light_cosine`.
+/// Densities per steradian with which [`sample_lights`] would have drawn, for points whose rays start at `origin`, the
+/// points that rays hit at distances `t` on `light`s (`columns`: their gathered records) under `light_cosine`.
 #[inline(always)]
 pub fn light_pdf_dir(
     lights: &LightTable,

@@ -108,9 +108,9 @@ pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
     }
 }
 
-/// Density per steradian with which [`sample_light`] would have drawn, for a point whose rays start at `origin`, the point a
-/// BSDF ray hit: at distance `t`, on a side of `light` that emits, where the ray's direction makes `light_cosine` with that
-/// side's (reversed) normal.
+/// Density per steradian with which [`sample_light`] would have drawn, for a point whose rays start at `origin`, the
+/// point a BSDF ray hit: at distance `t`, on a side of `light` that emits, where the ray's direction makes
+/// `light_cosine` with that side's (reversed) normal.
 pub fn light_pdf_dir(lights: &LightTable, origin: Vec3, light: u32, t: Real, light_cosine: Real) -> Real {
     let record = &lights.records[light as usize];
     let pdf_area = record.pdf_area() as Real;
@@ -121,7 +121,8 @@ pub fn light_pdf_dir(lights: &LightTable, origin: Vec3, light: u32, t: Real, lig
 }
 
 /// The radiance that a ray in direction `direction` finds when it leaves the scene, and the density per steradian with
-/// which [`sample_light`] would have drawn it from a surface where it makes `cosine` with the normal. `None`: nothing there.
+/// which [`sample_light`] would have drawn it from a surface where it makes `cosine` with the normal. `None`: nothing
+/// there.
 pub fn environment_in_direction(lights: &LightTable, direction: Vec3, cosine: Real) -> Option<(Vec3, Real)> {
     let (radiance, pdf_dir) = match lights.environment? {
         EnvironmentLight::Constant(radiance) => (vec3(radiance), cosine_hemisphere_pdf_dir(cosine)),
