@@ -218,7 +218,7 @@ fn surfaces_and_lights(criterion: &mut Criterion) {
         "light sample on a triangle",
         |first| {
             let words = [0, 1, 2, 3].map(|word| U32x8::load(&words[word], first));
-            let light = sample_lights(&lights, &blocks[first / LANES], words);
+            let light = sample_lights(&lights, &blocks[first / LANES], Mask8::ALL, words);
             let [x, y, z] = columns3(light.shadow_direction);
             // Samples that cannot contribute hold anything on lanes and nothing in the reference.
             let valid: Mask8 = light.valid;

@@ -1,5 +1,5 @@
-//! Points on triangles, uniform by the solid angle that they fill as seen from other points, eight at a time. The scalar twin
-//! has the derivation.
+//! Points on triangles, uniform by the solid angle that they fill as seen from other points, eight at a time. The
+//! scalar twin has the derivation.
 
 use super::warp::sample_uniform_triangle;
 use crate::lanes::{F32x8, Mask8, Vec3x8, atan2_turns, sin_cos_turns};
@@ -8,8 +8,8 @@ use crate::scene::lights::{LEAST_HALF_ANGLE, LEAST_TANGENT, MOST_HALF_ANGLE, MOS
 
 /// Eight triangles as seen from eight points.
 pub struct SolidAngles {
-    /// Parts of the points that are drawn by solid angle, the others by area. 0 where all are: the lane's other fields then
-    /// mean nothing.
+    /// Parts of the points that are drawn by solid angle, the others by area. 0 where all are: the lane's other fields
+    /// then mean nothing.
     pub part: F32x8,
     /// Half the solid angles, in turns: 1/2 is a hemisphere.
     pub half_turns: F32x8,

@@ -134,7 +134,8 @@ pub fn light_pdf_dir(lights: &LightTable, receiver: &Receiver, light: u32, t: Re
 }
 
 /// The radiance that a ray in direction `direction` finds when it leaves the scene, and the density per steradian with
-/// which [`sample_light`] would have drawn it for `receiver`, where it makes `cosine` with the normal. `None`: nothing there.
+/// which [`sample_light`] would have drawn it for `receiver`, where it makes `cosine` with the normal. `None`: nothing
+/// there.
 pub fn environment_in_direction(
     lights: &LightTable,
     receiver: &Receiver,

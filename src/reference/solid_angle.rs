@@ -1,18 +1,20 @@
-//! Points on a triangle, uniform by the solid angle that it fills as seen from another point: light that arrives from such
-//! points has no cosine at the light and no squared distance left to vary.
+//! Points on a triangle, uniform by the solid angle that it fills as seen from another point: light that arrives from
+//! such points has no cosine at the light and no squared distance left to vary.
 //!
-//! The solid angle is Van Oosterom and Strackee's ("The Solid Angle of a Plane Triangle", IEEE Trans. Biomed. Eng. 1983).
-//! The map is Arvo's ("Stratified Sampling of Spherical Triangles", SIGGRAPH 1995): the first number chooses a smaller
-//! triangle with a part of the solid angle, the second a point on its new side. How the new vertex is found follows from the
-//! first formula and has no cancellation in small triangles (the idea of Peters, "BRDF Importance Sampling for Polygonal
-//! Lights", ACM Trans. Graph. 40, 2021): let `a`, `b`, `c` be the unit directions to the vertices, `c'` a direction on the
-//! arc from `a` to `c`, and `h` any vector along its bisector with `a`. Then `a + c' = k h`, so that
+//! The solid angle is Van Oosterom and Strackee's ("The Solid Angle of a Plane Triangle", IEEE Trans. Biomed. Eng.
+//! 1983). The map is Arvo's ("Stratified Sampling of Spherical Triangles", SIGGRAPH 1995): the first number chooses a
+//! smaller triangle with a part of the solid angle, the second a point on its new side. How the new vertex is found
+//! follows from the first formula and has no cancellation in small triangles (the idea of Peters, "BRDF Importance
+//! Sampling for Polygonal Lights", ACM Trans. Graph. 40, 2021): let `a`, `b`, `c` be the unit directions to the
+//! vertices, `c'` a direction on the arc from `a` to `c`, and `h` any vector along its bisector with `a`. Then
+//! `a + c' = k h`, so that
 //!
 //! ```text
 //! tan(solid angle of a b c' / 2) = det(a, b, c') / (1 + a.b + b.c' + c'.a) = det(a, b, h) / ((a + b).h)
 //! ```
 //!
-//! With `h = alpha a + gamma c` that is linear in alpha and gamma: their ratio, and thereby `c'`, costs one sine and cosine.
+//! With `h = alpha a + gamma c` that is linear in alpha and gamma: their ratio, and thereby `c'`, costs one sine and
+//! cosine.
 
 use super::warp::sample_uniform_triangle;
 use super::{INV_2PI, Real, Vec3, atan2_turns, sin_cos_turns, vec3};
@@ -32,11 +34,11 @@ pub struct SolidAngle {
     volume: Real,
 }
 
-/// The triangle with these vertices and density `pdf_area` (one over its area) as seen from `origin`; `None` if points on it
-/// are to be drawn by area: it is small from there, and as well drawn so, or its solid angle is too near to 0, to a
-/// hemisphere, or (`origin` on an edge) to a jump for these numbers. On the way to each of these limits more and more points
-/// are drawn by area, so that the density is continuous. The answer, and every bit of it, is a function of the arguments
-/// alone: light sampling and multiple importance sampling cannot disagree.
+/// The triangle with these vertices and density `pdf_area` (one over its area) as seen from `origin`; `None` if points
+/// on it are to be drawn by area: it is small from there, and as well drawn so, or its solid angle is too near to 0, to
+/// a hemisphere, or (`origin` on an edge) to a jump for these numbers. On the way to each of these limits more and more
+/// points are drawn by area, so that the density is continuous. The answer, and every bit of it, is a function of the
+/// arguments alone: light sampling and multiple importance sampling cannot disagree.
 pub fn solid_angle(vertices: &[[f32; 3]; 3], pdf_area: Real, origin: Vec3) -> Option<SolidAngle> {
     let [a, b, c] = vertices.map(|vertex| vec3(vertex) - origin);
     let (aa, bb, cc) = (a.dot(a), b.dot(b), c.dot(c));

@@ -107,7 +107,7 @@ impl LightTree {
         environment: f64,
     ) -> Option<LightTree> {
         let mut primitives = primitives(emitters, triangles, powers);
-        if primitives.is_empty() || (primitives.len() == 1 && !(environment > 0.0)) {
+        if primitives.is_empty() || (primitives.len() == 1 && environment <= 0.0) {
             return None;
         }
         let strongest = primitives.iter().map(|p| p.bounds.power).fold(0.0, f64::max);

@@ -1,4 +1,5 @@
-//! `octray bench`: throughput by kind of ray, of whole renders and of every stage, the engines side by side.
+//! `octray bench`: throughput by kind of ray, of whole renders, of every stage and of light samples, the engines side
+//! by side.
 //!
 //! The rays are real: those of the packet engine's queues while it renders the scene. Every row's answers are checked
 //! before anything is timed. Rounds are interleaved and medians kept.

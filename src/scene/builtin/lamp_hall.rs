@@ -1,6 +1,6 @@
-//! `builtin:lamp_hall`: a nave between two rows of pillars, with a dozen bays on each side. Its lamps hang in the bays, under
-//! the ceiling, on the pillars and along the floor; cross walls hide the lamps of one bay from those of the next, so which
-//! lamps matter changes from place to place.
+//! `builtin:lamp_hall`: a nave between two rows of pillars, with a dozen bays on each side. Its lamps hang in the bays,
+//! under the ceiling, on the pillars and along the floor; cross walls hide the lamps of one bay from those of the next,
+//! so which lamps matter changes from place to place.
 
 use super::{Mesh, add_ball, diffuse, fractal, uniform};
 use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
@@ -125,7 +125,7 @@ fn add_walls(mesh: &mut Mesh) {
 
 /// Bay `i` (even: left, at negative x) with its lamps, and the stretch of nave in front of it.
 fn add_bay(mesh: &mut Mesh, panels: &mut Vec<Panel>, i: u32) {
-    let side = if i % 2 == 0 { -1.0 } else { 1.0 };
+    let side = if i.is_multiple_of(2) { -1.0 } else { 1.0 };
     let z = BAY * f64::from(i / 2);
     let at = |x: f64, y: f64, z: f64| DVec3::new(side * x, y, z);
     // On the right everything is mirrored: the sides change places, so that fronts stay fronts.
@@ -156,7 +156,7 @@ fn add_bay(mesh: &mut Mesh, panels: &mut Vec<Panel>, i: u32) {
 
 /// Pillar `i` between bays, with lamps on its four faces.
 fn add_pillar(mesh: &mut Mesh, panels: &mut Vec<Panel>, i: u32) {
-    let side = if i % 2 == 0 { -1.0 } else { 1.0 };
+    let side = if i.is_multiple_of(2) { -1.0 } else { 1.0 };
     let centre = DVec3::new(side * PILLARS, 0.0, BAY * f64::from(i / 2 + 1));
     let mut axes = [DVec3::X, DVec3::Z];
     for _ in 0..4 {
@@ -172,7 +172,7 @@ fn add_pillar(mesh: &mut Mesh, panels: &mut Vec<Panel>, i: u32) {
 
 /// A plinth in the nave with a rough stone on it.
 fn add_statue(mesh: &mut Mesh, i: u32) {
-    let side = if i % 2 == 0 { -1.0 } else { 1.0 };
+    let side = if i.is_multiple_of(2) { -1.0 } else { 1.0 };
     let foot = DVec3::new(1.5 * side, 0.0, 2.0 * BAY * f64::from(i) + 7.0);
     let (half, height) = (0.45, 0.9);
     let at = |x: f64, y: f64, z: f64| foot + DVec3::new(x * half, y, z * half);
