@@ -1,10 +1,11 @@
-//! `octray bench`: throughput by kind of ray, of whole renders and of every stage, the engines side by side.
+//! `octray bench`: throughput by kind of ray, of whole renders, of every stage and of the samplers, the engines side by side.
 //!
 //! The rays are real: those of the packet engine's queues while it renders the scene. Every row's answers are checked
 //! before anything is timed. Rounds are interleaved and medians kept.
 
 mod measure;
 mod rays;
+mod sampling;
 mod walks;
 
 use super::args::{self, EstimatorArgs};
@@ -66,6 +67,7 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     let mut faults = Vec::new();
     let mut cases = ray_cases(&prepared, &sets, &yardstick, &mut faults);
     cases.extend(render_cases(&prepared, &settings, &mut faults));
+    cases.extend(sampling::cases(settings.seed, &mut faults));
     let rows = interleave(args.runs as usize, &mut cases);
     args.json.deliver(&rows, || text(&prepared, &settings, &rows))?;
     faults.iter().for_each(report);
@@ -165,7 +167,8 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         "{}, {}, {width} x {height} pixels, {}, one thread, medians of {runs} round{}\n\n\
          rays from the engine's queues, Mrays/s of CPU time\n{}\n\
          whole renders, CPU time\n{}\n\
-         stages of the packet engine, wall time\n{}",
+         stages of the packet engine, wall time\n{}\n\
+         four numbers of one address, CPU time\n{}",
         prepared.name,
         simd_level(),
         settings.strategy,
@@ -173,6 +176,7 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         ray_table(rows),
         render_table(rows),
         stage_table(rows),
+        sampling_table(rows),
     )
 }
 
@@ -222,10 +226,23 @@ fn render_table(rows: &[Row]) -> String {
 fn stage_table(rows: &[Row]) -> String {
     let mut lines =
         vec![["  stage", "ns/item", "items", "lanes used", "in the tree's packets"].map(str::to_owned).to_vec()];
-    for row in rows.iter().filter(|row| row.ns_per_item.is_some()) {
+    for row in rows.iter().filter(|row| row.ns_per_item.is_some() && !row.what.starts_with(sampling::WHAT)) {
         let what = format!("  {}", row.what);
         let lanes = [row.lanes_used, row.walk_lanes_used].map(percent);
         lines.push([vec![what, number(row.ns_per_item), row.items.to_string()], lanes.to_vec()].concat());
+    }
+    table(&lines)
+}
+
+/// One line a sampler, the engines side by side.
+fn sampling_table(rows: &[Row]) -> String {
+    let mut lines = vec![["  sampler", "packet ns", "scalar ns", "lanes used"].map(str::to_owned).to_vec()];
+    let rows: Vec<&Row> = rows.iter().filter(|row| row.what.starts_with(sampling::WHAT)).collect();
+    for engines in rows.chunk_by(|a, b| a.what == b.what) {
+        let [packet, scalar] = engines else { continue };
+        let name = packet.what.trim_start_matches(sampling::WHAT);
+        let figures = [number(packet.ns_per_item), number(scalar.ns_per_item), percent(packet.lanes_used)];
+        lines.push([vec![format!("  {name}")], figures.to_vec()].concat());
     }
     table(&lines)
 }
