@@ -76,7 +76,7 @@ named_choice! {
     Sampler, "sampler", {
         /// Counter-based pseudo-random numbers ([`crate::sampler`]).
         Independent = "independent",
-        /// Owen-scrambled Sobol points ([`crate::sampler::sobol`]).
+        /// Owen-scrambled Sobol points ([`crate::sampler::sobol`]); the default.
         Sobol = "sobol",
     }
 }
@@ -163,7 +163,7 @@ impl Default for Settings {
             time: None,
             strategy: Strategy::MisPower,
             lights: Lights::Tree,
-            sampler: Sampler::Independent,
+            sampler: Sampler::Sobol,
             max_depth: None,
             rr_depth: Some(DEFAULT_RR_DEPTH),
             seed: 0,

@@ -130,6 +130,13 @@ fn integers_wrap_as_scalars_do() {
         check("xor", va ^ vb, &|a, b| a ^ b);
         check("shl", va << 7, &|a, _| a << 7);
         check("shr", va >> 16, &|a, _| a >> 16);
+        check("reverse", va.reverse_bits(), &|a, _| a.reverse_bits());
+        check("shr each", va.shift_right_each(vb & U32x8::splat(31)), &|a, b| a >> (b & 31));
+        let table = std::array::from_fn(|i| (i as u8).wrapping_mul(37) ^ 5);
+        let nibbles = U32x8::splat(0x0f0f_0f0f);
+        check("bytes", (va & nibbles).look_up_bytes(table), &|a, _| {
+            u32::from_le_bytes(a.to_le_bytes().map(|byte| table[usize::from(byte & 15)]))
+        });
         check("lt", va.lt(vb).select_u32(U32x8::splat(1), U32x8::ZERO), &|a, b| (a < b) as u32);
         check("eq", va.eq(vb).select_u32(U32x8::splat(1), U32x8::ZERO), &|a, b| (a == b) as u32);
     }

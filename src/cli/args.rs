@@ -15,7 +15,7 @@ pub struct EstimatorArgs {
     /// How a light sample chooses its light: uniform, power [default: the scene's, else uniform]
     #[arg(long, value_name = "L", value_parser = |text: &str| named::<Lights>(text, &[]))]
     lights: Option<Lights>,
-    /// Where sample numbers come from: independent, sobol [default: the scene's, else independent]
+    /// Where sample numbers come from: independent, sobol [default: the scene's, else sobol]
     #[arg(long, value_name = "S", value_parser = |text: &str| named::<Sampler>(text, &[]))]
     sampler: Option<Sampler>,
     /// Most scattering events of a path; 0 shows emission only [default: the scene's, else unbounded]

@@ -11,7 +11,7 @@ use super::state::{QueueNeeds, TileState};
 use crate::bvh::{RayKind, Walk};
 use crate::scene::desc::PixelFilter;
 use crate::scene::lights::{EnvironmentLight, Selection, selection_name};
-use crate::settings::Strategy;
+use crate::settings::{Sampler, Strategy};
 use crate::setup::Setup;
 
 /// A stage of the plan.
@@ -83,7 +83,13 @@ impl Plan {
         let first = scene.classes.first().copied();
         let lit = !setup.lights.is_empty();
         let detailed = !scene.corners.is_empty();
-        let mut surfaces = if detailed { variants::<true>(strategy) } else { variants::<false>(strategy) }.to_vec();
+        let mut surfaces = match (detailed, setup.sampler) {
+            (false, Sampler::Independent) => variants::<false, false>(strategy),
+            (false, Sampler::Sobol) => variants::<false, true>(strategy),
+            (true, Sampler::Independent) => variants::<true, false>(strategy),
+            (true, Sampler::Sobol) => variants::<true, true>(strategy),
+        }
+        .to_vec();
         surfaces.retain(|(stage, _)| needs.surface(*stage));
         Plan {
             stages: stages(setup, needs),
@@ -109,17 +115,17 @@ impl Plan {
     }
 }
 
-/// The surface stages of a strategy: one monomorphised copy each, without or with what smooth surfaces need.
-fn variants<const DETAIL: bool>(strategy: Strategy) -> [(Stage, SurfaceStage); 5] {
+/// The surface stages of a strategy: one monomorphised copy each, without or with what smooth surfaces need, by sampler.
+fn variants<const DETAIL: bool, const SOBOL: bool>(strategy: Strategy) -> [(Stage, SurfaceStage); 5] {
     macro_rules! choose {
         ($($variant:ident),*) => {
             match strategy {
                 $(Strategy::$variant => [
-                    (Stage::ShadeDiffuse, shade_diffuse::<{ Strategy::$variant as u8 }, DETAIL>),
-                    (Stage::ShadeMirror, shade_mirror::<{ Strategy::$variant as u8 }, DETAIL>),
-                    (Stage::ShadeConductor, shade_conductor::<{ Strategy::$variant as u8 }, DETAIL>),
-                    (Stage::ShadeDielectric, shade_dielectric::<{ Strategy::$variant as u8 }, DETAIL>),
-                    (Stage::ShadePlastic, shade_plastic::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadeDiffuse, shade_diffuse::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
+                    (Stage::ShadeMirror, shade_mirror::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
+                    (Stage::ShadeConductor, shade_conductor::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
+                    (Stage::ShadeDielectric, shade_dielectric::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
+                    (Stage::ShadePlastic, shade_plastic::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
                 ],)*
             }
         };

@@ -8,7 +8,7 @@ use super::texture::look_up;
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_hemisphere, to_world};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::math::INV_2PI;
-use crate::sampler::unit_x8;
+use crate::sampler::{DIRECTION_WORDS, ROULETTE_WORD, unit_x8};
 use crate::scene::material::MaterialRecord;
 use crate::settings::Strategy;
 use crate::setup::Setup;
@@ -21,8 +21,8 @@ fn colors(materials: &[MaterialRecord], material: U32x8) -> Vec3x8 {
     Vec3x8::new(column(0), column(1), column(2))
 }
 
-/// Diffuse surfaces, for the strategy with number `STRATEGY`; `event` events lie before this one.
-pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool>(
+/// Diffuse surfaces, for the strategy with number `STRATEGY` and the `sobol` or the `independent` sampler; `event` events lie before this one.
+pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
     setup: &Setup,
     plan: &Plan,
     state: &mut TileState,
@@ -41,7 +41,7 @@ pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool>(
         }
         let mut light_chosen = Mask8::NONE;
         if strategy.samples_lights() && plan.needs.shadow {
-            let direct = draw_light::<DETAIL>(setup, strategy, &hits, event);
+            let direct = draw_light::<DETAIL, SOBOL>(setup, strategy, &hits, event);
             light_chosen = direct.chosen;
             // Lambert: albedo/pi times cosine; cosine/pi is also the density of the BSDF's own sampling.
             let pdf_bsdf = cosine_hemisphere_pdf_dir(direct.light.cosine);
@@ -50,7 +50,7 @@ pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool>(
         if last && !plan.last_drawn_counts {
             continue;
         }
-        let words = bsdf_words::<3>(setup, &hits, event);
+        let words = bsdf_words::<SOBOL, DIRECTION_WORDS>(setup, &hits, event);
         let u = [unit_x8(words[0]), unit_x8(words[1])];
         let (local, factor) = if strategy == Strategy::Uniform {
             let local = sample_uniform_hemisphere(u);
@@ -74,7 +74,7 @@ pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool>(
 }
 
 /// Mirrors: the one possible direction. After it light sampling could not have worked, so the next hit counts 1.
-pub fn shade_mirror<const STRATEGY: u8, const DETAIL: bool>(
+pub fn shade_mirror<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
     setup: &Setup,
     plan: &Plan,
     state: &mut TileState,
@@ -87,7 +87,7 @@ pub fn shade_mirror<const STRATEGY: u8, const DETAIL: bool>(
     for first in (0..mirror.len).step_by(LANES) {
         let hits = load_facing_hits::<DETAIL>(setup, mirror, slots, first);
         let normal = hits.points.normal;
-        let words = bsdf_words::<3>(setup, &hits, event);
+        let words = bsdf_words::<SOBOL, ROULETTE_WORD>(setup, &hits, event);
         let reflected = hits.direction - normal.scale(F32x8::splat(2.0) * hits.direction.dot(normal));
         let bounce = Bounce {
             active: hits.active,

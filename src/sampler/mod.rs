@@ -46,20 +46,32 @@ pub fn sample_words(sampler: Sampler, pixel: u32, sample: u32, block: u32, seed:
     }
 }
 
-/// [`sample_words`] for eight addresses that share block and seed; same bits. `NEEDED` is how many of the four words are
-/// read: with 2 words 0, 1 of a camera block, with 3 words 0, 1, 2 of a light block or 0, 1, 3 of a BSDF block; the others
-/// hold anything.
+/// Which words of a block are read, for [`sample_words_x8`]: all of them.
+pub const ALL_WORDS: u8 = 0b1111;
+/// Words 0, 1 of a camera block: there is no lens.
+pub const PIXEL_WORDS: u8 = 0b0011;
+/// Words 0, 1, 2 of a light block: the light and the point on it.
+pub const LIGHT_WORDS: u8 = 0b0111;
+/// Words 0, 1, 3 of a BSDF block: the direction and roulette.
+pub const DIRECTION_WORDS: u8 = 0b0111;
+/// Words 2, 3 of a BSDF block: the lobe and roulette.
+pub const LOBE_WORDS: u8 = 0b1100;
+/// Word 3 of a BSDF block: roulette.
+pub const ROULETTE_WORD: u8 = 0b0100;
+
+/// [`sample_words`] of `sobol` or `independent` for eight addresses that share block and seed; same bits. `NEEDED` is one of
+/// the constants above (a bit for every dimension of [`sobol`]); other words than those hold anything.
 #[inline(always)]
-pub fn sample_words_x8<const NEEDED: usize>(
-    sampler: Sampler,
+pub fn sample_words_x8<const SOBOL: bool, const NEEDED: u8>(
     pixel: U32x8,
     sample: U32x8,
     block: u32,
     seed: u32,
 ) -> [U32x8; 4] {
-    match sampler {
-        Sampler::Independent => random_words_x8(pixel, sample, block, seed),
-        Sampler::Sobol => sobol_words_x8::<NEEDED>(pixel, sample, block, seed),
+    if SOBOL {
+        sobol_words_x8::<NEEDED>(pixel, sample, block, seed)
+    } else {
+        random_words_x8(pixel, sample, block, seed)
     }
 }
 

@@ -27,7 +27,7 @@ const COLUMNS: usize = 30;
 
 /// Direction numbers: `DIRECTIONS[d][j]` is what bit `j` of a point's index adds (xor) to its coordinate `d`, most
 /// significant digit in bit 31.
-const DIRECTIONS: [[u32; COLUMNS]; 4] = [
+static DIRECTIONS: [[u32; COLUMNS]; 4] = [
     van_der_corput(),
     directions(&[1], &[]),
     directions(&[1, 3], &[true]),
@@ -181,35 +181,39 @@ fn hash(seed: u32, word: u32, prefix: u32) -> u32 {
     x ^ x >> 16
 }
 
-/// [`sobol_words`] for eight addresses that share block and seed; same bits. Only the first `DIMENSIONS` dimensions of the
-/// block are made; the words of the others are 0.
+/// [`sobol_words`] for eight addresses that share block and seed; same bits. Only the dimensions of the block whose bit in
+/// `NEEDED` is set are made; the words of the others hold anything.
 // Not inlined: stages stay small, and what runs without it stays as it is.
 #[inline(never)]
-pub fn sobol_words_x8<const DIMENSIONS: usize>(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U32x8; 4] {
+pub fn sobol_words_x8<const NEEDED: u8>(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U32x8; 4] {
     let seeds = mix_x8::<ROUNDS>(pixel, sample & U32x8::splat(GROUPS - 1), block, seed);
     let index = shuffle_x8(sample >> GROUPS.ilog2(), seeds[0] ^ seeds[1] ^ seeds[2] ^ seeds[3]);
     let half = U32x8::splat(15);
     let (low, next) = (index & half, index >> 4 & half);
     let mut points = [index, U32x8::ZERO, U32x8::ZERO, U32x8::ZERO];
-    for dimension in 1..DIMENSIONS {
-        points[dimension] = low.look_up_bytes(LOW[dimension][0]) ^ next.look_up_bytes(LOW[dimension][1]);
+    for dimension in 1..4 {
+        if NEEDED >> dimension & 1 == 1 {
+            points[dimension] = low.look_up_bytes(LOW[dimension][0]) ^ next.look_up_bytes(LOW[dimension][1]);
+        }
     }
     if !(index >> 8).eq(U32x8::ZERO).all() {
-        add_high_columns(index, &mut points[1..DIMENSIONS]);
+        add_high_columns(index, &mut points);
     }
-    for dimension in 0..DIMENSIONS {
-        points[dimension] = owen_scramble_x8(points[dimension], seeds[dimension]);
+    for dimension in 0..4 {
+        if NEEDED >> dimension & 1 == 1 {
+            points[dimension] = owen_scramble_x8(points[dimension], seeds[dimension]);
+        }
     }
     in_order(block, points)
 }
 
 /// Adds what the bits of the index above the lowest eight do to coordinates 1 and on.
 #[inline(never)]
-fn add_high_columns(index: U32x8, points: &mut [U32x8]) {
+fn add_high_columns(index: U32x8, points: &mut [U32x8; 4]) {
     let (mut rest, mut j) = (index >> 8, 8);
     while !rest.eq(U32x8::ZERO).all() {
         let taken = U32x8::ZERO - (rest & U32x8::splat(1));
-        for (point, columns) in points.iter_mut().zip(&MIRRORED[1..]) {
+        for (point, columns) in points.iter_mut().zip(&MIRRORED).skip(1) {
             *point = *point ^ taken & U32x8::splat(columns[j]);
         }
         (rest, j) = (rest >> 1, j + 1);

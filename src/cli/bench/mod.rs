@@ -1,5 +1,5 @@
-//! `octray bench`: throughput by kind of ray, of whole renders, of every stage and of light samples, the engines side
-//! by side.
+//! `octray bench`: throughput by kind of ray, of whole renders, of every stage, of light samples and of the samplers, the
+//! engines side by side.
 //!
 //! The rays are real: those of the packet engine's queues while it renders the scene. Every row's answers are checked
 //! before anything is timed. Rounds are interleaved and medians kept.
@@ -7,6 +7,7 @@
 mod lights;
 mod measure;
 mod rays;
+mod sampling;
 mod walks;
 
 use super::args::{self, EstimatorArgs};
@@ -69,6 +70,7 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     let mut cases = ray_cases(&prepared, &sets, &yardstick, &mut faults);
     cases.extend(render_cases(&prepared, &settings, &mut faults));
     cases.extend(lights::cases(&prepared));
+    cases.extend(sampling::cases(settings.seed, &mut faults));
     let rows = interleave(args.runs as usize, &mut cases);
     args.json.deliver(&rows, || text(&prepared, &settings, &rows))?;
     faults.iter().for_each(report);
@@ -169,7 +171,8 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
          rays from the engine's queues, Mrays/s of CPU time\n{}\n\
          whole renders, CPU time\n{}\n\
          stages of the packet engine, wall time\n{}\n\
-         light samples for points anywhere on the scene, CPU time\n{}",
+         light samples for points anywhere on the scene, CPU time\n{}\n\
+         four numbers of one address, CPU time\n{}",
         prepared.name,
         simd_level(),
         settings.strategy,
@@ -177,7 +180,8 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         ray_table(rows),
         render_table(rows),
         stage_table(rows),
-        light_table(rows),
+        twin_table(rows, |row| !row.what.starts_with(sampling::WHAT)),
+        twin_table(rows, |row| row.what.starts_with(sampling::WHAT)),
     )
 }
 
@@ -236,9 +240,10 @@ fn stage_table(rows: &[Row]) -> String {
 }
 
 /// One line a way to sample, the engines side by side.
-fn light_table(rows: &[Row]) -> String {
+fn twin_table(rows: &[Row], keep: impl Fn(&Row) -> bool) -> String {
     let mut lines = vec![["  what", "packet ns", "scalar ns", "lanes used"].map(str::to_owned).to_vec()];
-    let rows: Vec<&Row> = rows.iter().filter(|row| row.ns_per_item.is_some() && row.clock == "cpu").collect();
+    let timed = |row: &&Row| row.ns_per_item.is_some() && row.clock == "cpu" && keep(row);
+    let rows: Vec<&Row> = rows.iter().filter(timed).collect();
     for engines in rows.chunk_by(|a, b| a.what == b.what) {
         let [packet, scalar] = engines else { continue };
         let figures = [number(packet.ns_per_item), number(scalar.ns_per_item), percent(packet.lanes_used)];
