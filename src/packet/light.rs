@@ -1,5 +1,6 @@
 //! Light sampling for eight surface points at a time.
 
+use super::cutouts::opaque;
 use super::environment::{map_pdf_dir, sample_map};
 use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
 use super::texture::{interpolate, look_up};
@@ -62,7 +63,7 @@ fn choose_triangles(lights: &LightTable, word: U32x8) -> U32x8 {
     }
 }
 
-/// The radiance that lights (`columns`: their gathered records) emit at points of them.
+/// The radiance that lights (`columns`: their gathered records) emit at points of them; 0 where they are cut out.
 #[inline(always)]
 pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights: [F32x8; 3]) -> Vec3x8 {
     let radiance = Vec3x8::new(columns[12], columns[13], columns[14]);
@@ -70,7 +71,10 @@ pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights
     let at = light.to_array();
     let corner = |i: usize| F32x8::from_array(at.map(|light| pictures.uvs[light as usize][i / 2][i % 2]));
     let uv = interpolate(std::array::from_fn(corner), weights);
-    radiance * look_up(&pictures.textures, U32x8::gather(&pictures.texture, light), uv)
+    let radiance = radiance * look_up(&pictures.textures, U32x8::gather(&pictures.texture, light), uv);
+    let Some((table, triangle)) = &pictures.cutouts else { return radiance };
+    let opaque = opaque(table, U32x8::gather(triangle, light), weights[1], weights[2]);
+    opaque.select_vec3(radiance, Vec3x8::splat([0.0; 3]))
 }
 
 #[inline(always)]

@@ -1,7 +1,8 @@
 //! One path, from the camera to its end: all nine strategies. The step titles name the packet engine's stages.
 
 use super::bsdf::BsdfSample;
-use super::intersect::{Ray, intersect, occluded, stack};
+use super::cutouts::is_hit;
+use super::intersect::{Ray, intersect_where, occluded_where, stack};
 use super::light::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::surface::{SurfacePoint, surface_point};
 use super::texture::look_up;
@@ -67,7 +68,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         // intersect_closest
         step.note(Event { direction: ray.direction, ..Event::new(RAY, ray.origin) });
         result.bounce_rays += (step.depth > 0) as u32;
-        let Some(hit) = intersect(&scene.bvh, &ray, &mut step.stack) else {
+        let Some(hit) = intersect_where(&scene.bvh, &ray, &mut step.stack, |hit| is_hit(&scene.cutouts, hit)) else {
             // shade_miss
             step.note(Event { t: Real::INFINITY, direction: ray.direction, ..Event::new("miss", ray.origin) });
             let found = environment_in_direction(&setup.lights, ray.direction, previous.cosine());
@@ -198,7 +199,8 @@ fn direct_light<R: FnMut(TraceVertex)>(
     let shadow_ray =
         Ray { origin: point.origin, direction: light.shadow_direction, tmin: 0.0, tmax: light.shadow_tmax };
     // intersect_shadow
-    let blocked = occluded(&setup.scene.bvh, &shadow_ray, &mut step.stack);
+    let scene = setup.scene;
+    let blocked = occluded_where(&scene.bvh, &shadow_ray, &mut step.stack, |hit| is_hit(&scene.cutouts, hit));
     if !blocked {
         step.radiance += contribution;
     }
