@@ -7,7 +7,7 @@ use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::sampler::unit_x8;
-use crate::scene::lights::{EnvironmentLight, LightTable, Selection};
+use crate::scene::lights::{EnvironmentLight, LightPictures, LightTable, Selection};
 
 /// Eight light samples as seen from eight surface points.
 pub struct LightSamples {
@@ -67,7 +67,15 @@ fn choose_triangles(lights: &LightTable, word: U32x8) -> U32x8 {
 #[inline(always)]
 pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights: [F32x8; 3]) -> Vec3x8 {
     let radiance = Vec3x8::new(columns[12], columns[13], columns[14]);
-    let Some(pictures) = &lights.pictures else { return radiance };
+    match &lights.pictures {
+        None => radiance,
+        Some(pictures) => pictured(pictures, light, radiance, weights),
+    }
+}
+
+/// [`emitted`] where lights have pictures or are cut out; not inlined, so that other scenes keep their registers.
+#[inline(never)]
+fn pictured(pictures: &LightPictures, light: U32x8, radiance: Vec3x8, weights: [F32x8; 3]) -> Vec3x8 {
     let at = light.to_array();
     let corner = |i: usize| F32x8::from_array(at.map(|light| pictures.uvs[light as usize][i / 2][i % 2]));
     let uv = interpolate(std::array::from_fn(corner), weights);

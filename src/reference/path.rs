@@ -106,8 +106,11 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         }
         let textured = textured(scene, material, point.uv);
         let material = textured.as_ref().unwrap_or(material);
-        if kind != MaterialKind::Diffuse {
-            point.face(-ray.direction);
+        let mut incoming = ray.direction;
+        match kind {
+            MaterialKind::Diffuse => {}
+            MaterialKind::Dielectric => incoming = point.graze(incoming),
+            _ => point.face(-incoming),
         }
         let event = step.depth;
         result.guarded = event + 1 == DEPTH_GUARD;
@@ -133,7 +136,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         let bounce = if setup.strategy == Strategy::Uniform && !delta {
             Some(bsdf::sample_uniformly(material, point.normal, ray.direction, u))
         } else {
-            bsdf::sample(material, point.normal, ray.direction, point.front, u, unit(words[2]) as Real)
+            bsdf::sample(material, point.normal, incoming, point.front, u, unit(words[2]) as Real)
         };
         let Some(mut bounce) = bounce else { break };
         let Some(kept) = point.keep_side(bounce.direction, bounce.delta) else { break };
