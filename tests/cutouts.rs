@@ -152,7 +152,7 @@ fn rays_meet_all_their_hits_one_after_the_other() {
     let grey = maker.diffuse([0.5; 3], [0.0; 3]);
     for i in 0..40u32 {
         let point = |k: u32| random_words(i, k, 3, 5).map(|w| 4.0 * unit(w) - 2.0);
-        let corners = [0, 1, 2, 3].map(|k| point(k)).map(|[x, y, z, _]| [x, y, z]);
+        let corners = [0, 1, 2, 3].map(point).map(|[x, y, z, _]| [x, y, z]);
         for _ in 0..1 + i % 3 {
             maker.quad(corners, grey);
         }
