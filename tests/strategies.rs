@@ -91,8 +91,8 @@ fn exact_strategies_agree_block_by_block() {
     for path in SCENES {
         let twin = softened(path).map(|scene| (scene, true));
         for (scene, soft) in [(prepared(path), false)].into_iter().chain(twin) {
-            let base = Settings { max_depth: Some(4), threads: 0, ..small(SIDE, SIDE, 512) };
-            let reference = render(&scene, &Settings { spp: 2048, seed: 99, ..base.clone() }).film;
+            let base = Settings { max_depth: Some(4), threads: 0, ..small(SIDE, SIDE, 256) };
+            let reference = render(&scene, &Settings { spp: 1024, seed: 99, ..base.clone() }).film;
             for strategy in exact_strategies().filter(|&strategy| soft || finds_all(path, strategy)) {
                 for &lights in Lights::ALL {
                     let film = render(&scene, &Settings { strategy, lights, seed: 1, ..base.clone() }).film;
