@@ -183,29 +183,15 @@ fn frequencies_are_the_probabilities() {
                     let word = random_words(draw, number, 1, 99)[0];
                     counts[choose_light(tree, &receiver, word).0 as usize] += 1.0;
                 }
-                // Lights expected less than ten times are counted together.
-                let (mut chi_square, mut cells, mut rest, mut rest_expected) = (0.0, 0.0, 0.0, 0.0);
-                for (light, count) in counts.iter().enumerate() {
-                    let expected = f64::from(DRAWS) * f64::from(light_probability(tree, &receiver, light as u32));
-                    if expected < 10.0 {
-                        (rest, rest_expected) = (rest + count, rest_expected + expected);
-                    } else {
-                        chi_square += (count - expected) * (count - expected) / expected;
-                        cells += 1.0;
-                    }
-                }
-                if rest_expected >= 10.0 {
-                    chi_square += (rest - rest_expected) * (rest - rest_expected) / rest_expected;
-                    cells += 1.0;
-                }
-                // Wilson and Hilferty: the cube root of chi-square over its degrees of freedom is nearly normal.
-                let freedom: f64 = cells - 1.0;
-                if freedom < 1.0 {
+                let lights = 0..table.records.len() as u32;
+                let probability = |light| f64::from(light_probability(tree, &receiver, light));
+                let expected: Vec<f64> = lights.map(|light| f64::from(DRAWS) * probability(light)).collect();
+                let certain = expected.iter().filter(|&&expected| expected >= 8.0).count() < 2;
+                if certain {
                     continue;
                 }
-                let spread = 2.0 / (9.0 * freedom);
-                let z = ((chi_square / freedom).cbrt() - (1.0 - spread)) / spread.sqrt();
-                assert!(z < 4.7, "{name}, place {number}: chi-square {chi_square:.1} for {freedom}");
+                let z = common::chi_square_z(&counts, &expected);
+                assert!(z < 4.7, "{name}, place {number}: z = {z:.1}");
             }
         });
     }

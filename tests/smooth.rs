@@ -204,3 +204,23 @@ fn flat_surfaces_need_no_table() {
     let scene = maker.seen([0.5, 0.5, 2.0], [0.5, 0.5, 0.0], 30.0);
     assert!(scene.corners.is_empty() && !scene.features.smooth_normals);
 }
+
+/// What glass lets in it lets out: no path runs on inside a ball, however coarse (rays that enter at the rim of the shading
+/// normals' horizon once did, beyond the critical angle for good).
+#[test]
+fn a_ball_of_glass_traps_no_path() {
+    for rings in [6, 12, 30] {
+        let mut maker = Maker::default();
+        let glass = maker.material(Scattering::Dielectric { ior: 2.5, transmittance: [1.0; 3] }, [0.0; 3]);
+        ball(&mut maker, rings, 1.0, glass);
+        maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+        let scene = maker.seen([0.3, 0.4, 4.0], [0.0; 3], 30.0);
+        let settings = Settings { rr_depth: None, ..small(64, 64, 256) };
+        let whole = render(&scene, &settings);
+        let short = render(&scene, &Settings { max_depth: Some(4000), ..settings.clone() });
+        assert_eq!(first_difference(&whole.film, &short.film), None, "{rings} rings: paths of more than 4000 events");
+        // Reflected or refracted, nothing is lost: the ball is invisible in a white world.
+        let got = estimate(&whole.film, 0..64, 0..64, 0);
+        assert!((got.mean - 1.0).abs() < 5.0 * got.error + 1e-5, "{rings} rings: {} +- {}", got.mean, got.error);
+    }
+}

@@ -14,6 +14,7 @@ use octray::packet::solid_angle::solid_angles;
 use octray::reference::double;
 use octray::reference::single::solid_angle::solid_angle;
 use std::f64::consts::PI;
+use common::chi_square_z;
 use views::*;
 
 /// Significance 0.1 % for the file (Sidak: 6e-7 each of 1,600 tests): z below 4.9.

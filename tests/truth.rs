@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Maker, estimate, exact_strategies, small};
+use common::{Maker, estimate, exact_strategies, polygon_irradiance, small};
 use glam::DVec3;
 use octray::scene::desc::{EnvironmentDesc, Scattering};
 use octray::{Engine, PreparedScene, Sampler, Settings, Strategy, render};
@@ -21,16 +21,6 @@ fn assert_mean(scene: &PreparedScene, settings: &Settings, truth: [f64; 3], prec
         assert!(difference <= bound, "{what}, channel {channel}: {} +- {}, truth {}", got.mean, got.error, truth);
         assert!(bound <= precision * truth.max(1e-3), "{what}: {bound} is too noisy to prove anything");
     }
-}
-
-/// Irradiance at the origin of `corners - point` from a polygon of radiance 1: Lambert's formula (Lambert 1760; Arvo 1994).
-fn polygon_irradiance(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
-    let rays: Vec<DVec3> = corners.iter().map(|c| (*c - point).normalize()).collect();
-    let edge = |i: usize| {
-        let (a, b) = (rays[i], rays[(i + 1) % rays.len()]);
-        a.dot(b).clamp(-1.0, 1.0).acos() * a.cross(b).normalize().dot(normal)
-    };
-    (0.5 * (0..rays.len()).map(edge).sum::<f64>()).abs()
 }
 
 const ALBEDO: [f64; 3] = [0.75, 0.5, 0.25];
@@ -151,6 +141,64 @@ fn a_tiny_light_follows_the_inverse_square_law() {
     for strategy in [Strategy::Nee, Strategy::MisBalance, Strategy::MisPower] {
         let settings = Settings { strategy, max_depth: Some(1), ..small(8, 8, 256) };
         assert_mean(&scene, &settings, [truth; 3], 2e-3, strategy.name());
+    }
+}
+
+/// A lamp of `rings` x `2 rings` facets inscribed in the sphere of radius 1 about `centre`; the radius of the largest sphere
+/// that fits into it.
+fn sphere_lamp(maker: &mut Maker, centre: DVec3, rings: u32, material: u32) -> f64 {
+    let at = |ring: u32, step: u32| {
+        let (theta, phi) =
+            (std::f64::consts::PI / rings as f64 * ring as f64, std::f64::consts::PI / rings as f64 * step as f64);
+        (centre + DVec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin())).as_vec3().to_array()
+    };
+    let first = maker.desc.triangles.len();
+    for ring in 0..rings {
+        for step in 0..2 * rings {
+            maker.quad([at(ring, step), at(ring, step + 1), at(ring + 1, step + 1), at(ring + 1, step)], material);
+        }
+    }
+    let height = |triangle: &octray::scene::desc::TriangleDesc| {
+        let [a, b, c] = triangle.vertices.map(|v| DVec3::from(maker.desc.positions[v as usize].map(f64::from)));
+        let normal = (b - a).cross(c - a);
+        // Without area at the poles: no face.
+        if normal.length() < 1e-9 { 1.0 } else { (a - centre).dot(normal.normalize()) }
+    };
+    maker.desc.triangles[first..].iter().map(height).fold(1.0, f64::min)
+}
+
+/// A sphere of radiance 1 and radius r whose centre stands d away at an angle theta from the normal, wholly above the
+/// plane, gives the irradiance pi (r / d)^2 cos theta. The tessellated lamp lies between two spheres, and so does what it
+/// gives.
+#[test]
+fn a_sphere_lights_a_plane_as_its_closed_form_says() {
+    let build = |at: DVec3| {
+        let mut maker = Maker::default();
+        let floor = maker.diffuse([0.5; 3], [0.0; 3]);
+        let lamp = maker.diffuse([0.0; 3], [1.0; 3]);
+        maker.quad([[-9.0, 0.0, 9.0], [9.0, 0.0, 9.0], [9.0, 0.0, -9.0], [-9.0, 0.0, -9.0]], floor);
+        let inner = sphere_lamp(&mut maker, DVec3::new(0.0, 2.0, 0.0), 48, lamp);
+        (maker.seen([at.x + 6.0, 0.4, at.z + 1.0], at.to_array(), 1e-3), inner)
+    };
+    for at in [DVec3::ZERO, DVec3::new(1.5, 0.0, 0.5), DVec3::new(-3.0, 0.0, 2.0)] {
+        let (scene, inner) = build(at);
+        assert!(inner > 0.997, "a fine sphere: {inner}");
+        let to_centre = DVec3::new(0.0, 2.0, 0.0) - at;
+        let form = |radius: f64| {
+            let irradiance =
+                std::f64::consts::PI * radius * radius / to_centre.length_squared() * to_centre.y / to_centre.length();
+            0.5 / std::f64::consts::PI * irradiance
+        };
+        for strategy in exact_strategies() {
+            for &lights in octray::Lights::ALL {
+                let settings = Settings { strategy, lights, max_depth: Some(1), ..small(16, 16, 1024) };
+                let got = estimate(&render(&scene, &settings).film, 0..16, 0..16, 0);
+                let what = format!("{strategy}, {lights} at {at}: {} +- {}", got.mean, got.error);
+                let (low, high) = (form(inner) - SIGMAS * got.error, form(1.0) + SIGMAS * got.error);
+                assert!((low..=high).contains(&got.mean), "{what}, truth {} to {}", form(inner), form(1.0));
+                assert!(SIGMAS * got.error < 0.1 * form(1.0), "{what} is too noisy to prove anything");
+            }
+        }
     }
 }
 

@@ -250,6 +250,17 @@ impl Bvh {
         }
     }
 
+    /// The hits of the rays `rows` of a queue, all of which hit something, become the first ones behind: of the hits later
+    /// in the order of `t`, and of ids on equal `t`, the first. So a ray meets all its hits, none twice.
+    pub fn intersect_behind(&self, rays: &RayQueue, rows: &[u32], hits: &mut HitQueue, scratch: &mut Scratch) {
+        scratch.reserve(self);
+        for row in rows.iter().map(|&row| row as usize) {
+            let hit = Hit { t: hits.t[row], triangle: hits.triangle[row], u: hits.u[row], v: hits.v[row] };
+            let next = walk_single::closest_behind(self.walk_tables(), &rays.ray(row), hit, &mut scratch.single);
+            hits.set(row, next);
+        }
+    }
+
     /// [`Bvh::occluded_queue`] by a walk of one's choice.
     pub fn occluded_by(
         &self,

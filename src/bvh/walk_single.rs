@@ -69,12 +69,15 @@ impl Stack {
     }
 }
 
-/// The closest hit in a block, if it is closer than `best`, or as close and of a lower id.
+/// The closest hit in a block, if it is closer than `best`, or as close and of a lower id. Hits count behind `tmin`; with
+/// `behind` those at `tmin` itself do, too, if their id is higher than that.
 #[inline(always)]
-pub(super) fn closest_in_block(ray: &OneRay, block: &LeafBlock, tmin: f32, best: &mut Hit) -> bool {
+fn closest_in_block(ray: &OneRay, block: &LeafBlock, tmin: f32, behind: Option<u32>, best: &mut Hit) -> bool {
     let edges = ray.edges(block);
     let t = edges.t_scaled / edges.det;
-    let mut hits = (edges.inside & t.gt(F32x8::splat(tmin)) & t.le(F32x8::splat(best.t))).bits();
+    let least = F32x8::splat(tmin);
+    let counts = if behind.is_some() { t.ge(least) } else { t.gt(least) };
+    let mut hits = (edges.inside & counts & t.le(F32x8::splat(best.t))).bits();
     if hits == 0 {
         return false;
     }
@@ -83,7 +86,8 @@ pub(super) fn closest_in_block(ray: &OneRay, block: &LeafBlock, tmin: f32, best:
     while hits != 0 {
         let lane = hits.trailing_zeros() as usize & 7;
         hits &= hits - 1;
-        if ts[lane] < best.t || (ts[lane] == best.t && block.ids[lane] < best.triangle) {
+        let passed = behind.is_some_and(|id| ts[lane] == tmin && block.ids[lane] <= id);
+        if !passed && (ts[lane] < best.t || (ts[lane] == best.t && block.ids[lane] < best.triangle)) {
             *best = Hit { t: ts[lane], triangle: block.ids[lane], u: vs[lane] / dets[lane], v: ws[lane] / dets[lane] };
             changed = true;
         }
@@ -93,7 +97,19 @@ pub(super) fn closest_in_block(ray: &OneRay, block: &LeafBlock, tmin: f32, best:
 
 /// The closest hit of `ray`, below the node or leaf `root` and closer than `best`.
 #[inline(always)]
-pub(super) fn closest(tables: Tables, ray: &Ray, root: u32, mut best: Hit, stack: &mut Stack) -> Hit {
+pub(super) fn closest(tables: Tables, ray: &Ray, root: u32, best: Hit, stack: &mut Stack) -> Hit {
+    closest_of(tables, ray, None, root, best, stack)
+}
+
+/// The first hit of `ray` behind `hit`, in the order of `t` and, on equal `t`, of ids.
+pub(super) fn closest_behind(tables: Tables, ray: &Ray, hit: Hit, stack: &mut Stack) -> Hit {
+    let rest = Ray { tmin: hit.t, ..*ray };
+    closest_of(tables, &rest, Some(hit.triangle), 0, Hit::none(ray.tmax), stack)
+}
+
+/// [`closest`], also at `ray.tmin` itself among the ids above `behind`.
+#[inline(always)]
+fn closest_of(tables: Tables, ray: &Ray, behind: Option<u32>, root: u32, mut best: Hit, stack: &mut Stack) -> Hit {
     if !ray.is_finite() {
         return best;
     }
@@ -105,7 +121,7 @@ pub(super) fn closest(tables: Tables, ray: &Ray, root: u32, mut best: Hit, stack
     let mut next = root;
     loop {
         if is_leaf(next) {
-            if closest_in_block(&triangles, &tables.leaves[block_of(next)], ray.tmin, &mut best) {
+            if closest_in_block(&triangles, &tables.leaves[block_of(next)], ray.tmin, behind, &mut best) {
                 best_wide = best.t * WIDENING;
             }
         } else {

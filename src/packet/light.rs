@@ -1,5 +1,6 @@
 //! Light sampling for eight surface points at a time.
 
+use super::cutouts::opaque;
 use super::environment::{map_pdf_dir, sample_map};
 use super::light_tree::{Receivers, choose_lights, environment_eighths, light_probabilities};
 use super::solid_angle::solid_angles;
@@ -8,7 +9,7 @@ use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::sampler::unit_x8;
-use crate::scene::lights::{EnvironmentLight, LightTable, Selection};
+use crate::scene::lights::{EnvironmentLight, LightPictures, LightTable, Selection};
 
 /// Eight light samples as seen from eight surface points.
 pub struct LightSamples {
@@ -97,15 +98,26 @@ pub fn environment_probability(lights: &LightTable, receivers: &Receivers) -> F3
     }
 }
 
-/// The radiance that lights (`columns`: their gathered records) emit at points of them.
+/// The radiance that lights (`columns`: their gathered records) emit at points of them; 0 where they are cut out.
 #[inline(always)]
 pub fn emitted(lights: &LightTable, light: U32x8, columns: &[F32x8; 16], weights: [F32x8; 3]) -> Vec3x8 {
     let radiance = Vec3x8::new(columns[12], columns[13], columns[14]);
-    let Some(pictures) = &lights.pictures else { return radiance };
+    match &lights.pictures {
+        None => radiance,
+        Some(pictures) => pictured(pictures, light, radiance, weights),
+    }
+}
+
+/// [`emitted`] where lights have pictures or are cut out; not inlined, so that other scenes keep their registers.
+#[inline(never)]
+fn pictured(pictures: &LightPictures, light: U32x8, radiance: Vec3x8, weights: [F32x8; 3]) -> Vec3x8 {
     let at = light.to_array();
     let corner = |i: usize| F32x8::from_array(at.map(|light| pictures.uvs[light as usize][i / 2][i % 2]));
     let uv = interpolate(std::array::from_fn(corner), weights);
-    radiance * look_up(&pictures.textures, U32x8::gather(&pictures.texture, light), uv)
+    let radiance = radiance * look_up(&pictures.textures, U32x8::gather(&pictures.texture, light), uv);
+    let Some((table, triangle)) = &pictures.cutouts else { return radiance };
+    let opaque = opaque(table, U32x8::gather(triangle, light), weights[1], weights[2]);
+    opaque.select_vec3(radiance, Vec3x8::splat([0.0; 3]))
 }
 
 /// The probabilities with which light samples go to emitters.

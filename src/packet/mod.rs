@@ -9,6 +9,7 @@
 
 pub mod bsdf;
 pub mod counters;
+pub mod cutouts;
 pub mod environment;
 pub mod generate_camera_rays;
 pub mod light;

@@ -8,6 +8,7 @@ use super::shade_glossy::{shade_conductor, shade_dielectric, shade_plastic};
 use super::shade_miss::{self, MissStage};
 use super::shade_surface::{shade_diffuse, shade_mirror};
 use super::state::{QueueNeeds, TileState};
+use super::tile::{self, IntersectStage};
 use crate::bvh::{RayKind, Walk};
 use crate::scene::desc::PixelFilter;
 use crate::scene::lights::{EnvironmentLight, Selection, selection_name};
@@ -45,6 +46,10 @@ pub struct Plan {
     pub needs: QueueNeeds,
     /// The camera stage of this lens and filter.
     pub generate_camera_rays: CameraStage,
+    /// The closest hits, in a scene with or without cut-outs.
+    pub intersect_closest: IntersectStage,
+    /// The shadow rays, likewise.
+    pub intersect_shadow: IntersectStage,
     /// The miss stage of this environment.
     pub shade_miss: MissStage,
     /// The surface stages that run, in order, in this strategy's variants.
@@ -79,7 +84,9 @@ impl Plan {
             dielectric: features.dielectric && events,
             plastic: features.plastic && events,
             shadow: (features.diffuse || glossy) && events && setup.samples_lights(),
+            cut_outs: features.cut_outs,
         };
+        let (intersect_closest, intersect_shadow) = tile::variants(features.cut_outs);
         let first = scene.classes.first().copied();
         let lit = !setup.lights.is_empty();
         let detailed = !scene.corners.is_empty();
@@ -96,6 +103,8 @@ impl Plan {
             left_out: left_out(setup),
             needs,
             generate_camera_rays: generate_camera_rays::variant(setup),
+            intersect_closest,
+            intersect_shadow,
             shade_miss: shade_miss::variant(setup),
             surfaces,
             only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
@@ -138,6 +147,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
     let lights =
         if needs.shadow { format!(", light sample ({})", selection_name(&setup.lights)) } else { String::new() };
     let textures = if setup.scene.features.textures { ", textures" } else { "" };
+    let cut_outs = if setup.scene.features.cut_outs { ", past cut-outs" } else { "" };
     let normals = if setup.scene.features.smooth_normals { ", smooth normals" } else { "" };
     let roulette = if setup.rr_depth == u32::MAX || setup.rr_depth > setup.max_depth { "" } else { ", roulette" };
     let ends = match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
@@ -155,7 +165,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
     let camera = format!("{lens}, {filter} filter");
     let list = [
         (Stage::GenerateCameraRays, true, camera),
-        (Stage::IntersectClosest, true, walks(setup)),
+        (Stage::IntersectClosest, true, walks(setup) + cut_outs),
         (Stage::SortHits, true, "one queue a material kind".to_string()),
         (Stage::ShadeMiss, needs.misses, format!("{environment}, {weight}")),
         (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
@@ -164,7 +174,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (Stage::ShadeConductor, needs.conductor, format!("{strategy}, GGX{lights}{normals}{roulette}")),
         (Stage::ShadeDielectric, needs.dielectric, format!("{strategy}, smooth{normals}{roulette}")),
         (Stage::ShadePlastic, needs.plastic, format!("{strategy}{textures}, GGX coat{lights}{normals}{roulette}")),
-        (Stage::IntersectShadow, needs.shadow, ends.to_string()),
+        (Stage::IntersectShadow, needs.shadow, format!("{ends}{cut_outs}")),
         (Stage::AddToFilm, true, "sums and squares, f64".to_string()),
     ];
     let planned = list.into_iter().filter(|(_, needed, _)| *needed);
@@ -200,7 +210,7 @@ fn left_out(setup: &Setup) -> Vec<LeftOut> {
     unless(scene.features.plastic, "plastic", "no triangle is coated".into());
     unless(setup.camera.lens.is_some(), "lens", "the camera is a pinhole".into());
     unless(scene.features.smooth_normals, "smooth normals", "surfaces are shaded with their true normals".into());
-    unless(false, "cut-outs", "no material is cut out".into());
+    unless(scene.features.cut_outs, "cut-outs", "no material is cut out".into());
     unless(setup.camera.filter != PixelFilter::Box, "pixel filter", "the box filter needs no weights".into());
     let selects = setup.samples_lights() && setup.lights.records.len() > 1;
     let single = if setup.lights.records.len() == 1 { "there is one light" } else { "there is nothing to choose from" };

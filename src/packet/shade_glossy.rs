@@ -3,7 +3,7 @@
 use super::bsdf::{Glossy, MaterialColumns};
 use super::microfacet::fresnel_dielectric;
 use super::plan::Plan;
-use super::shade_common::{Bounce, add_light_samples, bsdf_words, draw_light, go_on, load_facing_hits};
+use super::shade_common::{Bounce, add_light_samples, bsdf_words, draw_light, go_on, load_facing_hits, load_hits};
 use super::state::{COUNTS_ONE, COUNTS_ZERO, PathQueue, ShadowQueue, Slots, SurfaceQueue, TileState};
 use super::surface::gather_records;
 use super::texture::look_up;
@@ -113,17 +113,18 @@ pub fn shade_dielectric<const STRATEGY: u8, const DETAIL: bool, const SOBOL: boo
     }
     let one = F32x8::ONE;
     for first in (0..dielectric.len).step_by(LANES) {
-        let hits = load_facing_hits::<DETAIL>(setup, dielectric, slots, first);
+        let hits = load_hits::<DETAIL>(setup, dielectric, slots, first);
         let material = MaterialColumns::new(&gather_records(&setup.scene.materials, hits.points.material));
         let normal = hits.points.normal;
         let words = bsdf_words::<SOBOL, LOBE_WORDS>(setup, &hits, event);
         let eta = hits.points.front.select(material.ior, one / material.ior);
-        let cosine = -hits.direction.dot(normal);
+        let incoming = if DETAIL { hits.points.graze(hits.direction) } else { hits.direction };
+        let cosine = -incoming.dot(normal);
         let (reflectance, cosine_t) = fresnel_dielectric(cosine, eta);
         let reflects = unit_x8(words[2]).lt(reflectance);
-        let reflected = hits.direction - normal.scale(F32x8::splat(2.0) * hits.direction.dot(normal));
+        let reflected = incoming - normal.scale(F32x8::splat(2.0) * incoming.dot(normal));
         let scale = one / eta;
-        let refracted = hits.direction.scale(scale) + normal.scale(cosine * scale - cosine_t);
+        let refracted = incoming.scale(scale) + normal.scale(cosine * scale - cosine_t);
         let direction = reflects.select_vec3(reflected, refracted);
         // Radiance is divided by the square of the relative index: it comes from another solid angle.
         let factor = reflects.select_vec3(Vec3x8::splat([1.0; 3]), material.color.scale(scale * scale));

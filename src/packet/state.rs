@@ -106,6 +106,8 @@ pub struct ShadowQueue {
     pub slot: Vec<u32>,
     /// One bit a ray, eight rays a byte: blocked.
     pub blocked: Vec<u8>,
+    /// Closest hits, where cut-outs make it matter what blocks a segment.
+    pub hits: HitQueue,
     /// Rows in use.
     pub len: usize,
 }
@@ -168,8 +170,8 @@ impl SurfaceQueue {
 }
 
 impl ShadowQueue {
-    /// An empty queue for `capacity` segments that end at `tmax` unless they say otherwise.
-    pub fn new(capacity: usize, tmax: f32) -> ShadowQueue {
+    /// An empty queue for `capacity` segments that end at `tmax` unless they say otherwise, and for `hits` of their hits.
+    pub fn new(capacity: usize, tmax: f32, hits: usize) -> ShadowQueue {
         let mut rays = RayQueue::with_len(capacity);
         rays.tmax.fill(tmax);
         ShadowQueue {
@@ -177,6 +179,7 @@ impl ShadowQueue {
             contribution: Columns3::with_len(capacity),
             slot: words(capacity),
             blocked: Vec::new(),
+            hits: HitQueue::with_len(hits),
             len: 0,
         }
     }
@@ -251,6 +254,8 @@ pub struct QueueNeeds {
     pub plastic: bool,
     /// Shadow rays.
     pub shadow: bool,
+    /// Rays that pass cut-outs.
+    pub cut_outs: bool,
 }
 
 impl QueueNeeds {
@@ -279,6 +284,8 @@ pub struct TileState {
     pub misses: IndexList,
     /// Rows of `paths` that hit an emitter.
     pub emitters: IndexList,
+    /// Rows of the rays just traced that have hit what is cut out.
+    pub passing: IndexList,
     /// Hits on diffuse surfaces.
     pub diffuse: SurfaceQueue,
     /// Hits on mirrors.
@@ -307,12 +314,13 @@ impl TileState {
             hits: HitQueue::with_len(capacity),
             misses: IndexList::new(size(needs.misses)),
             emitters: IndexList::new(size(needs.emitters)),
+            passing: IndexList::new(size(needs.cut_outs)),
             diffuse: SurfaceQueue::new(size(needs.diffuse)),
             mirror: SurfaceQueue::new(size(needs.mirror)),
             conductor: SurfaceQueue::new(size(needs.conductor)),
             dielectric: SurfaceQueue::new(size(needs.dielectric)),
             plastic: SurfaceQueue::new(size(needs.plastic)),
-            shadow: ShadowQueue::new(size(needs.shadow), shadow_tmax),
+            shadow: ShadowQueue::new(size(needs.shadow), shadow_tmax, size(needs.shadow && needs.cut_outs)),
             slots: Slots::new(capacity),
             scratch: Default::default(),
         }

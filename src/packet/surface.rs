@@ -134,6 +134,17 @@ impl SurfacePoints {
         self.normal = cosine.lt(least).select_vec3(bent, self.normal);
     }
 
+    /// For glass: the rays' directions, bent until the viewers are above the shading normals. What is then refracted lies
+    /// within the critical angle of those normals, as the normals it will meet on its way out expect.
+    #[inline(always)]
+    pub fn graze(&self, direction: Vec3x8) -> Vec3x8 {
+        let (cosine, true_cosine) = (-direction.dot(self.normal), -direction.dot(self.true_normal));
+        let least = F32x8::splat(LEAST_FACING).min(true_cosine);
+        let bent = direction - self.normal.scale(least - cosine);
+        let bent = bent.scale(F32x8::ONE / bent.dot(bent).sqrt());
+        cosine.lt(least).select_vec3(bent, direction)
+    }
+
     /// Lanes whose direction lies on the side of the true surface that the shading normal meant. The others would leak.
     #[inline(always)]
     pub fn on_meant_side(&self, direction: Vec3x8) -> Mask8 {

@@ -19,9 +19,9 @@ pub fn look_up(table: &TextureTable, texture: U32x8, uv: [F32x8; 2]) -> Vec3x8 {
     let (left, right, along) = neighbours(uv[0], width.to_f32());
     let (below, above, up) = neighbours(uv[1], height.to_f32());
     let texel = |column: U32x8, row: U32x8| decode(table, first + row * width + column);
-    let low = mix(texel(left, below), texel(right, below), along);
-    let high = mix(texel(left, above), texel(right, above), along);
-    none.select_vec3(white, mix(low, high, up))
+    let low = mix3(texel(left, below), texel(right, below), along);
+    let high = mix3(texel(left, above), texel(right, above), along);
+    none.select_vec3(white, mix3(low, high, up))
 }
 
 /// The linear colours of eight texels.
@@ -34,7 +34,7 @@ fn decode(table: &TextureTable, at: U32x8) -> Vec3x8 {
 
 /// The texels whose centres lie on either side of `t`, and how far along from the first to the second.
 #[inline(always)]
-fn neighbours(t: F32x8, count: F32x8) -> (U32x8, U32x8, F32x8) {
+pub(super) fn neighbours(t: F32x8, count: F32x8) -> (U32x8, U32x8, F32x8) {
     let x = (t - t.floor()) * count - F32x8::splat(0.5);
     let first = x.floor();
     let second = first + F32x8::ONE;
@@ -44,8 +44,14 @@ fn neighbours(t: F32x8, count: F32x8) -> (U32x8, U32x8, F32x8) {
 }
 
 #[inline(always)]
-fn mix(a: Vec3x8, b: Vec3x8, along: F32x8) -> Vec3x8 {
+fn mix3(a: Vec3x8, b: Vec3x8, along: F32x8) -> Vec3x8 {
     a.scale(F32x8::ONE - along) + b.scale(along)
+}
+
+/// What lies the fractions `along` of the way from `a` to `b`.
+#[inline(always)]
+pub(super) fn mix(a: F32x8, b: F32x8, along: F32x8) -> F32x8 {
+    a * (F32x8::ONE - along) + b * along
 }
 
 /// What three corners carry, at barycentric weights: `corners` is u, v of each.

@@ -3,11 +3,13 @@
 use std::time::Instant;
 
 use super::counters::{Counters, Stage};
+use super::cutouts::pass_cut_outs;
 use super::plan::Plan;
 use super::shade_emitter::shade_emitter;
 use super::sort_hits::sort_hits;
 use super::state::{ShadowQueue, TileState};
 use crate::bvh::RayKind;
+use crate::bvh::ray::NO_HIT;
 use crate::lanes::{LANES, Mask8, U32x8};
 use crate::settings::DEPTH_GUARD;
 use crate::setup::Setup;
@@ -40,7 +42,7 @@ pub fn step(
     depth: u32,
     mut clock: Instant,
 ) -> Instant {
-    intersect_closest(setup, state, counters, depth);
+    (plan.intersect_closest)(setup, state, counters, depth);
     clock = counters.note(Stage::IntersectClosest, state.paths.len, clock);
 
     let last = depth == setup.max_depth;
@@ -65,33 +67,58 @@ pub fn step(
         clock = counters.note(*stage, state.surface_len(*stage), clock);
     }
     if plan.needs.shadow && !last {
-        intersect_shadow(setup, state, counters, depth);
+        (plan.intersect_shadow)(setup, state, counters, depth);
         clock = counters.note(Stage::IntersectShadow, state.shadow.len, clock);
     }
     std::mem::swap(&mut state.paths, &mut state.next);
     clock
 }
 
+/// A stage that traces rays, which lie behind so many events.
+pub type IntersectStage = fn(&Setup, &mut TileState, &mut Counters, u32);
+
+/// The stages that find closest hits and trace shadow rays, in a scene with or without cut-outs.
+pub fn variants(cut_outs: bool) -> (IntersectStage, IntersectStage) {
+    match cut_outs {
+        false => (intersect_closest::<false>, intersect_shadow::<false>),
+        true => (intersect_closest::<true>, intersect_shadow::<true>),
+    }
+}
+
 /// Stage: the closest hits of all rays in `paths`.
-fn intersect_closest(setup: &Setup, state: &mut TileState, counters: &mut Counters, depth: u32) {
+fn intersect_closest<const CUT_OUTS: bool>(setup: &Setup, state: &mut TileState, counters: &mut Counters, depth: u32) {
     let (kind, count) = if depth == 0 {
         (RayKind::Camera, &mut counters.rays.camera)
     } else {
         (RayKind::Bounce, &mut counters.rays.bounce)
     };
     *count += state.paths.len as u64;
-    let TileState { paths, hits, scratch, .. } = state;
-    setup.scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.closest_walk);
+    let TileState { paths, hits, passing, scratch, .. } = state;
+    let scene = setup.scene;
+    scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.closest_walk);
+    if CUT_OUTS {
+        pass_cut_outs((&scene.bvh, &scene.cutouts), (&paths.rays, paths.len), hits, passing, scratch);
+    }
 }
 
 /// Stage: shadow rays that nothing blocks add their contribution.
-fn intersect_shadow(setup: &Setup, state: &mut TileState, counters: &mut Counters, depth: u32) {
-    let TileState { shadow, slots, scratch, .. } = state;
+fn intersect_shadow<const CUT_OUTS: bool>(setup: &Setup, state: &mut TileState, counters: &mut Counters, depth: u32) {
+    let TileState { shadow, slots, passing, scratch, .. } = state;
     counters.rays.shadow += shadow.len as u64;
-    let ShadowQueue { rays, blocked, len, .. } = shadow;
+    let ShadowQueue { rays, blocked, hits, len, .. } = shadow;
     // Shadow rays of camera hits start close together; later ones are as scattered as the rays that found their origins.
     let kind = if depth == 0 { RayKind::Shadow } else { RayKind::Bounce };
-    setup.scene.bvh.occluded_queue(kind, rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
+    let scene = setup.scene;
+    if CUT_OUTS {
+        // What blocks a segment may be cut out there, so any hit is not enough.
+        scene.bvh.intersect_queue(kind, rays, 0..*len, hits, scratch, &mut counters.shadow_walk);
+        pass_cut_outs((&scene.bvh, &scene.cutouts), (rays, *len), hits, passing, scratch);
+        blocked.clear();
+        let hit = |first: usize| !U32x8::load(&hits.triangle, first).eq(U32x8::splat(NO_HIT)).bits();
+        blocked.extend((0..*len).step_by(LANES).map(hit));
+    } else {
+        scene.bvh.occluded_queue(kind, rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
+    }
     for first in (0..shadow.len).step_by(LANES) {
         let active = Mask8::first((shadow.len - first).min(LANES)).bits();
         let free = active & !shadow.blocked[first / LANES];

@@ -39,6 +39,8 @@ pub fn acos_half_turns(y: Real) -> Real {
 
 #[path = "bsdf.rs"]
 pub mod bsdf;
+#[path = "cutouts.rs"]
+pub mod cutouts;
 #[path = "environment.rs"]
 pub mod environment;
 #[path = "intersect.rs"]

@@ -40,6 +40,11 @@ pub fn stack(bvh: &Bvh) -> Stack {
 
 /// The closest hit, the lowest id on equal `t`.
 pub fn intersect(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
+    intersect_where(bvh, ray, stack, |_| true)
+}
+
+/// The closest of the hits that are `there`, the lowest id on equal `t`.
+pub fn intersect_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, there: impl Fn(&Hit) -> bool) -> Option<Hit> {
     let (slabs, sheared) = (SlabRay::new(ray, bvh.extent()), ShearedRay::new(ray));
     let mut best: Option<Hit> = None;
     let mut tmax = ray.tmax;
@@ -53,7 +58,8 @@ pub fn intersect(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
             Child::Inner(node) => slabs.push_children(&bvh.nodes()[node], tmax, stack),
             Child::Leaf(block, count) => {
                 for hit in sheared.hits(&bvh.leaves()[block], count, ray.tmin, tmax) {
-                    if best.is_none_or(|b| hit.t < b.t || (hit.t == b.t && hit.triangle < b.triangle)) {
+                    let closer = best.is_none_or(|b| hit.t < b.t || (hit.t == b.t && hit.triangle < b.triangle));
+                    if closer && there(&hit) {
                         tmax = hit.t;
                         best = Some(hit);
                     }
@@ -67,6 +73,11 @@ pub fn intersect(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
 
 /// Whether the ray hits anything.
 pub fn occluded(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> bool {
+    occluded_where(bvh, ray, stack, |_| true)
+}
+
+/// Whether any of the ray's hits is `there`.
+pub fn occluded_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, there: impl Fn(&Hit) -> bool) -> bool {
     let (slabs, sheared) = (SlabRay::new(ray, bvh.extent()), ShearedRay::new(ray));
     stack.clear();
     stack.push((ray.tmin, Child::Inner(0)));
@@ -74,7 +85,7 @@ pub fn occluded(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> bool {
         match child {
             Child::Inner(node) => slabs.push_children(&bvh.nodes()[node], ray.tmax, stack),
             Child::Leaf(block, count) => {
-                if sheared.hits(&bvh.leaves()[block], count, ray.tmin, ray.tmax).next().is_some() {
+                if sheared.hits(&bvh.leaves()[block], count, ray.tmin, ray.tmax).any(|hit| there(&hit)) {
                     return true;
                 }
             }

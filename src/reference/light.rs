@@ -1,5 +1,6 @@
 //! Light sampling: choose a light, choose a point or a direction, and say with which density.
 
+use super::cutouts::is_opaque;
 use super::environment::{map_pdf_dir, sample_map, texel_index};
 use super::light_tree::{Receiver, choose_light, environment_eighths, light_probability};
 use super::solid_angle::solid_angle;
@@ -107,11 +108,16 @@ fn sample_environment(lights: &LightTable, point: &SurfacePoint, words: [u32; 2]
     })
 }
 
-/// The radiance that `light` emits at a point of it.
+/// The radiance that `light` emits at a point of it; 0 where it is cut out.
 pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
     let radiance = vec3(lights.records[light as usize].radiance);
+    if let Some((table, triangle)) = lights.pictures.as_ref().and_then(|pictures| pictures.cutouts.as_ref())
+        && !is_opaque(table, triangle[light as usize], weights[1], weights[2])
+    {
+        return Vec3::ZERO;
+    }
     match &lights.pictures {
-        Some(LightPictures { textures, texture, uvs }) if texture[light as usize] != NO_TEXTURE => {
+        Some(LightPictures { textures, texture, uvs, .. }) if texture[light as usize] != NO_TEXTURE => {
             radiance * look_up(textures, texture[light as usize], interpolate(&uvs[light as usize], weights))
         }
         _ => radiance,

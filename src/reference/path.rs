@@ -1,7 +1,8 @@
 //! One path, from the camera to its end: all nine strategies. The step titles name the packet engine's stages.
 
 use super::bsdf::BsdfSample;
-use super::intersect::{Ray, intersect, occluded, stack};
+use super::cutouts::is_hit;
+use super::intersect::{Ray, intersect_where, occluded_where, stack};
 use super::light::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::light_tree::Receiver;
 use super::surface::{SurfacePoint, surface_point};
@@ -76,7 +77,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         // intersect_closest
         step.note(Event { direction: ray.direction, ..Event::new(RAY, ray.origin) });
         result.bounce_rays += (step.depth > 0) as u32;
-        let Some(hit) = intersect(&scene.bvh, &ray, &mut step.stack) else {
+        let Some(hit) = intersect_where(&scene.bvh, &ray, &mut step.stack, |hit| is_hit(&scene.cutouts, hit)) else {
             // shade_miss
             step.note(Event { t: Real::INFINITY, direction: ray.direction, ..Event::new("miss", ray.origin) });
             let receiver = Receiver { origin: ray.origin, normal: previous.normal() };
@@ -117,8 +118,11 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         }
         let textured = textured(scene, material, point.uv);
         let material = textured.as_ref().unwrap_or(material);
-        if kind != MaterialKind::Diffuse {
-            point.face(-ray.direction);
+        let mut incoming = ray.direction;
+        match kind {
+            MaterialKind::Diffuse => {}
+            MaterialKind::Dielectric => incoming = point.graze(incoming),
+            _ => point.face(-incoming),
         }
         let event = step.depth;
         result.guarded = event + 1 == DEPTH_GUARD;
@@ -144,7 +148,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         let bounce = if setup.strategy == Strategy::Uniform && !delta {
             Some(bsdf::sample_uniformly(material, point.normal, ray.direction, u))
         } else {
-            bsdf::sample(material, point.normal, ray.direction, point.front, u, unit(words[2]) as Real)
+            bsdf::sample(material, point.normal, incoming, point.front, u, unit(words[2]) as Real)
         };
         let Some(mut bounce) = bounce else { break };
         let Some(kept) = point.keep_side(bounce.direction, bounce.delta) else { break };
@@ -210,7 +214,8 @@ fn direct_light<R: FnMut(TraceVertex)>(
     let shadow_ray =
         Ray { origin: point.origin, direction: light.shadow_direction, tmin: 0.0, tmax: light.shadow_tmax };
     // intersect_shadow
-    let blocked = occluded(&setup.scene.bvh, &shadow_ray, &mut step.stack);
+    let scene = setup.scene;
+    let blocked = occluded_where(&scene.bvh, &shadow_ray, &mut step.stack, |hit| is_hit(&scene.cutouts, hit));
     if !blocked {
         step.radiance += contribution;
     }

@@ -19,6 +19,8 @@ pub use crate::math::{INV_2PI, INV_PI, acos_half_turns, atan2_turns, sin_cos_tur
 
 #[path = "bsdf.rs"]
 pub mod bsdf;
+#[path = "cutouts.rs"]
+pub mod cutouts;
 #[path = "environment.rs"]
 pub mod environment;
 #[path = "intersect.rs"]

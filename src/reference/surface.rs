@@ -106,6 +106,20 @@ impl SurfacePoint {
         }
     }
 
+    /// For glass: a ray's `direction`, bent until the viewer is above the shading normal as [`SurfacePoint::face`] has it. What
+    /// is then refracted lies within the critical angle of that normal, as the normals it will meet on its way out expect.
+    /// (About a bent normal rays entered balls at angles from which there is no way out but by chance: of 19 million paths
+    /// 13 ran to the guard.)
+    pub fn graze(&self, direction: Vec3) -> Vec3 {
+        let (cosine, true_cosine) = (-direction.dot(self.normal), -direction.dot(self.true_normal));
+        let least = if LEAST_FACING < true_cosine { LEAST_FACING } else { true_cosine };
+        if cosine < least {
+            let bent = direction - self.normal * (least - cosine);
+            return bent * (1.0 / bent.dot(bent).sqrt());
+        }
+        direction
+    }
+
     /// `direction`, which the shading normal has led to, on the side of the true surface that was meant: `None` if light
     /// would leak through. Glass and mirrors, which have no other direction, get its mirror image in the true surface;
     /// every strategy treats them alike, so all still agree. Directions with a density end, as light samples from

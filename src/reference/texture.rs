@@ -2,6 +2,7 @@
 
 use super::{Real, Vec3};
 use crate::scene::textures::TextureTable;
+use std::ops::{Add, Mul};
 
 /// The colour of `texture` at (u, v): u runs along the rows, v up, and the picture fills [0, 1) x [0, 1).
 pub fn look_up(table: &TextureTable, texture: u32, uv: [Real; 2]) -> Vec3 {
@@ -20,7 +21,7 @@ pub fn look_up(table: &TextureTable, texture: u32, uv: [Real; 2]) -> Vec3 {
 }
 
 /// The texels whose centres lie on either side of `t`, and how far along from the first to the second.
-fn neighbours(t: Real, count: Real) -> (u32, u32, Real) {
+pub fn neighbours(t: Real, count: Real) -> (u32, u32, Real) {
     let x = (t - t.floor()) * count - 0.5;
     let first = x.floor();
     let second = first + 1.0;
@@ -28,7 +29,8 @@ fn neighbours(t: Real, count: Real) -> (u32, u32, Real) {
     (wrapped(first) as u32, if second < count { second } else { second - count } as u32, x - first)
 }
 
-fn mix(a: Vec3, b: Vec3, along: Real) -> Vec3 {
+/// What lies the fraction `along` of the way from `a` to `b`.
+pub fn mix<T: Mul<Real, Output = T> + Add<Output = T>>(a: T, b: T, along: Real) -> T {
     a * (1.0 - along) + b * along
 }
 

@@ -108,6 +108,7 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
         positions: mesh.positions,
         corners: Vec::new(),
         textures: Vec::new(),
+        masks: Vec::new(),
         triangles: mesh.triangles,
         materials,
         environment: Some(EnvironmentDesc::Constant { radiance: [3.0, 3.8, 5.0] }),

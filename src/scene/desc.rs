@@ -24,6 +24,8 @@ pub struct SceneDesc {
     pub corners: Vec<CornerDesc>,
     /// Pictures, indexed by [`TextureUse::texture`].
     pub textures: Vec<TextureDesc>,
+    /// Masks of cut-outs, indexed by the [`TextureUse::texture`] of [`MaterialDesc::cutout`].
+    pub masks: Vec<MaskDesc>,
     /// Materials, indexed by [`TriangleDesc::material`].
     pub materials: Vec<MaterialDesc>,
     /// What surrounds the scene, if anything does.
@@ -66,10 +68,23 @@ pub struct TextureDesc {
     pub texels: Vec<[u8; 3]>,
 }
 
+/// Where a surface is and where not: opacities, linear, 8 bits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaskDesc {
+    /// Its file, for messages.
+    pub name: String,
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// Opacities, 255 whole, row by row from the top.
+    pub texels: Vec<u8>,
+}
+
 /// A picture on a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureUse {
-    /// Index into [`SceneDesc::textures`].
+    /// Index into [`SceneDesc::textures`], or of a cut-out into [`SceneDesc::masks`].
     pub texture: u32,
     /// Factors on the texture coordinates, ..
     pub scale: [f64; 2],
@@ -92,6 +107,8 @@ pub struct MaterialDesc {
     pub texture: Option<TextureUse>,
     /// Multiplies the emission.
     pub emission_texture: Option<TextureUse>,
+    /// Where the surface is: points whose mask is below one half are not there.
+    pub cutout: Option<TextureUse>,
 }
 
 impl Default for MaterialDesc {
@@ -105,6 +122,7 @@ impl Default for MaterialDesc {
             two_sided: false,
             texture: None,
             emission_texture: None,
+            cutout: None,
         }
     }
 }

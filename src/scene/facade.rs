@@ -66,7 +66,7 @@ impl Scene {
 }
 
 /// Rays by themselves: for throughput measurements and other people's ray sets. Triangle ids count triangles in file order
-/// after triangulation.
+/// after triangulation. Triangles count whole here, cut out or not.
 impl PreparedScene {
     /// The closest hits of the active rays; idle lanes may hold anything and come back without a hit.
     pub fn intersect(&self, rays: &RayPacket, active: Mask8) -> HitPacket {

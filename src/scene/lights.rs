@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::cutouts::CutoutTable;
 use super::environment::{Distribution, Environment, EnvironmentMap};
 use super::light_tree::LightTree;
 use super::prepare::{Emitter, PreparedScene, TriangleRecord};
@@ -59,7 +60,7 @@ impl LightRecord {
     }
 }
 
-/// What multiplies the radiance of lights.
+/// What multiplies the radiance of lights, or takes it away.
 pub struct LightPictures {
     /// All textures of the scene.
     pub textures: Arc<TextureTable>,
@@ -67,6 +68,8 @@ pub struct LightPictures {
     pub texture: Vec<u32>,
     /// Per light, its texture coordinates: u and v of each vertex.
     pub uvs: Vec<[[f32; 2]; 3]>,
+    /// If a light is cut out: all cut-outs of the scene, and per light its triangle's id. What is not there emits nothing.
+    pub cutouts: Option<(Arc<CutoutTable>, Vec<u32>)>,
 }
 
 /// One column of the alias table (Walker 1977, built as Vose 1991 does).
@@ -226,10 +229,12 @@ impl<'a> LightTable<'a> {
 
 fn pictures(scene: &PreparedScene) -> Option<LightPictures> {
     let emitters = &scene.emitters;
-    emitters.iter().any(|emitter| emitter.texture.is_some()).then(|| LightPictures {
+    let cut_out = emitters.iter().any(|emitter| scene.cutouts.cuts(emitter.triangle));
+    (cut_out || emitters.iter().any(|emitter| emitter.texture.is_some())).then(|| LightPictures {
         textures: scene.textures.clone(),
         texture: emitters.iter().map(|e| e.texture.map_or(NO_TEXTURE, |(texture, _)| texture)).collect(),
         uvs: emitters.iter().map(|e| e.texture.map_or([[0.0; 2]; 3], |(_, uvs)| uvs)).collect(),
+        cutouts: cut_out.then(|| (scene.cutouts.clone(), emitters.iter().map(|e| e.triangle).collect())),
     })
 }
 

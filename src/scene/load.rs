@@ -4,14 +4,12 @@ use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::scene::builtin;
 use crate::scene::desc::{
-    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc, TextureUse,
-    TriangleDesc,
+    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, SceneDesc, TriangleDesc,
 };
-use crate::scene::mtl::{GREY, MtlKind, MtlMaterial, TextureRef};
+use crate::scene::mtl::{MtlKind, MtlMaterial};
 use crate::scene::nearest::nearest;
 use crate::scene::obj::{ObjMaterial, ObjMesh, ObjTriangle, load_obj};
 use crate::scene::parse::{self, EnvironmentEntry, Kind, MaterialEntry, SceneFile};
-use crate::scene::textures::read_texture;
 use crate::scene::transform::Transform;
 use crate::scene::validate::{self, is_degenerate};
 use std::path::Path;
@@ -121,9 +119,9 @@ fn emits(scene: &SceneDesc) -> bool {
 }
 
 /// A scene being put together from meshes.
-struct Assembly<'a> {
-    path: &'a Path,
-    scene: SceneDesc,
+pub(super) struct Assembly<'a> {
+    pub(super) path: &'a Path,
+    pub(super) scene: SceneDesc,
     materials: Vec<ObjMaterial>,
 }
 
@@ -184,79 +182,13 @@ impl<'a> Assembly<'a> {
                 notes.undefined.push(material.name.clone());
             }
             let mut resolved = resolve(self.path, material, entry)?;
-            self.add_textures(&mut resolved, material, entry)?;
+            self.add_pictures(&mut resolved, material, entry)?;
             self.scene.materials.push(resolved);
         }
         self.warn_of_unused(entries);
         notes.finish(&mut self.scene.warnings);
         self.warn_of_degenerate();
         Ok(self.scene)
-    }
-
-    /// Loads the pictures of a material. One that the TOML names must be there; where one that an MTL names is not, its
-    /// colour stays.
-    fn add_textures(
-        &mut self,
-        resolved: &mut MaterialDesc,
-        material: &MtlMaterial,
-        entry: Option<&MaterialEntry>,
-    ) -> Result<()> {
-        let name = &resolved.name;
-        let textured = match &mut resolved.scattering {
-            Scattering::Diffuse { albedo } | Scattering::Plastic { albedo, .. } => Some(albedo),
-            _ => None,
-        };
-        if let Some((file, line)) = entry.and_then(|e| e.texture.as_ref()) {
-            let fault = |why: String| Error::parse(self.path, Some(*line), format!("[material.{name}]: {why}"));
-            let Some(albedo) = textured else {
-                return Err(fault("only diffuse and plastic have a `texture`: add a `kind`".into()));
-            };
-            let path = self.path.with_file_name("").join(file);
-            let texture = self.texture(&path).map_err(|why| fault(format!("texture `{file}`: {why}")))?;
-            // The picture alone, unless the entry itself says by what to multiply it.
-            *albedo = entry.and_then(|e| e.albedo).unwrap_or([1.0; 3]);
-            resolved.texture = Some(TextureUse { texture, scale: [1.0; 2], offset: [0.0; 2] });
-        } else if let (Some(reference), Some(albedo), None) =
-            (&material.texture, textured, entry.and_then(|e| e.albedo))
-        {
-            resolved.texture = self.mtl_texture(name, reference);
-            if resolved.texture.is_none() && reference.alone {
-                *albedo = GREY;
-            }
-        }
-        if let (Some(reference), None) = (&material.emission_texture, entry.and_then(|e| e.emission)) {
-            resolved.emission_texture = self.mtl_texture(name, reference);
-            if resolved.emission_texture.is_none() && reference.alone {
-                resolved.emission = [0.0; 3];
-            }
-        }
-        Ok(())
-    }
-
-    /// The picture that an MTL names; a warning if it cannot be read.
-    fn mtl_texture(&mut self, material: &str, reference: &TextureRef) -> Option<TextureUse> {
-        let TextureRef { path, scale, offset, .. } = reference;
-        match self.texture(path) {
-            Ok(texture) => Some(TextureUse { texture, scale: *scale, offset: *offset }),
-            Err(why) => {
-                let file = path.display();
-                let warning =
-                    format!("{file}: cannot read the texture of material `{material}` ({why}): its colour instead");
-                self.scene.warnings.push(warning);
-                None
-            }
-        }
-    }
-
-    /// The number of the picture in `path`, read once.
-    fn texture(&mut self, path: &Path) -> std::result::Result<u32, String> {
-        let name = path.display().to_string();
-        let textures = &mut self.scene.textures;
-        if let Some(place) = textures.iter().position(|texture| texture.name == name) {
-            return Ok(place as u32);
-        }
-        textures.push(read_texture(path)?);
-        Ok(textures.len() as u32 - 1)
     }
 
     /// The materials that triangles have, renumbered.
@@ -346,7 +278,7 @@ fn resolve(scene: &Path, material: &MtlMaterial, entry: Option<&MaterialEntry>) 
     }
     let emission = entry.and_then(|e| e.emission).unwrap_or(material.emission);
     let two_sided = entry.is_some_and(|e| e.two_sided);
-    Ok(MaterialDesc { name, scattering, emission, two_sided, texture: None, emission_texture: None })
+    Ok(MaterialDesc { name, scattering, emission, two_sided, ..MaterialDesc::default() })
 }
 
 /// Gives the scene a camera from +z along -z that has the whole box in view, and says so.

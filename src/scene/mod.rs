@@ -7,12 +7,14 @@
 
 pub mod builtin;
 pub mod corners;
+pub mod cutouts;
 pub mod desc;
 pub mod environment;
 mod facade;
 pub mod light_tree;
 pub mod lights;
 pub mod load;
+mod load_pictures;
 pub mod margins;
 pub mod material;
 pub mod mtl;

@@ -49,6 +49,8 @@ pub struct MtlMaterial {
     pub texture: Option<TextureRef>,
     /// map_Ke.
     pub emission_texture: Option<TextureRef>,
+    /// map_d.
+    pub cutout: Option<TextureRef>,
 }
 
 /// A picture that an MTL names.
@@ -77,6 +79,7 @@ impl MtlMaterial {
             emission: [0.0; 3],
             texture: None,
             emission_texture: None,
+            cutout: None,
         }
     }
 }
@@ -86,12 +89,6 @@ pub fn parse_mtl(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Resul
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{feff}');
     let clean = clean_mtl(path, text)?;
-    let cut_out = logical_lines(text).filter(|(_, line)| split_keyword(line).0 == "map_d").count();
-    if cut_out > 0 {
-        let file = path.display();
-        warnings
-            .push(format!("{file}: {cut_out} map_d line(s): cut-outs are not supported yet; these surfaces are whole"));
-    }
     let (materials, _) = tobj::load_mtl_buf(&mut clean.as_bytes())
         .map_err(|e| Error::parse(path, None, format!("not an MTL file: {e}")))?;
     Ok(materials.iter().map(|material| convert(path, material, warnings)).collect())
@@ -125,7 +122,7 @@ fn clean_mtl(path: &Path, text: &str) -> Result<String> {
                 }
                 writeln!(clean, "illum {illum}")
             }
-            "map_Kd" | "map_Ke" if !rest.is_empty() => writeln!(clean, "{keyword} {rest}"),
+            "map_Kd" | "map_Ke" | "map_d" if !rest.is_empty() => writeln!(clean, "{keyword} {rest}"),
             _ => Ok(()),
         };
     }
@@ -211,6 +208,7 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
     let mut reference = |text: Option<&String>| text.and_then(|text| texture_ref(path, name, text, warnings));
     let mut texture = reference(material.diffuse_texture.as_ref());
     let mut emission_texture = reference(material.unknown_param.get("map_Ke"));
+    let cutout = reference(material.dissolve_texture.as_ref());
     // Kd and map_Kd multiply, as the format says; beside a picture, black or nothing means: the picture alone.
     for (colour, picture) in [(&mut diffuse, &mut texture), (&mut emission, &mut emission_texture)] {
         if let (Some(picture), false) = (picture, shines(*colour)) {
@@ -245,5 +243,6 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
         emission: emission.unwrap_or_default(),
         texture,
         emission_texture,
+        cutout,
     }
 }

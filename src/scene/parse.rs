@@ -134,6 +134,8 @@ pub struct MaterialEntry {
     pub two_sided: bool,
     /// The file of a picture, as written, and its line.
     pub texture: Option<(String, usize)>,
+    /// The file of a mask, as written, and its line.
+    pub cutout: Option<(String, usize)>,
 }
 
 impl MaterialEntry {
@@ -299,7 +301,7 @@ fn parse_materials(table: &Table<'_>) -> Result<Vec<MaterialEntry>> {
 }
 
 fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
-    let mut known = vec!["kind", "emission", "two_sided", "texture"];
+    let mut known = vec!["kind", "emission", "two_sided", "texture", "cutout"];
     known.extend(Kind::ALL.iter().flat_map(|row| row.2));
     let kind = match table.string("kind")? {
         None => None,
@@ -326,6 +328,9 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         (Some(_), None) => return Err(table.error_at("eta", "`eta` needs `k` beside it")),
         (None, Some(_)) => return Err(table.error_at("k", "`k` needs `eta` beside it")),
     };
+    let picture = |key: &str| -> Result<Option<(String, usize)>> {
+        Ok(table.string(key)?.map(|file| (file.to_owned(), table.line_of(key))))
+    };
     let entry = MaterialEntry {
         name: name.to_owned(),
         line: table.document.line(table.span.clone()),
@@ -338,7 +343,8 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         transmittance: table.fraction("transmittance")?,
         emission: table.radiance("emission")?,
         two_sided: table.boolean("two_sided")?.unwrap_or(false),
-        texture: table.string("texture")?.map(|file| (file.to_owned(), table.line_of("texture"))),
+        texture: picture("texture")?,
+        cutout: picture("cutout")?,
     };
     // What the entry leaves to the MTL is in range already; what it names is judged at its own line.
     let named = kind.and_then(|kind| validate::scattering_fault(&entry.over(kind, &MtlMaterial::grey(name))));

@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::corners::{CornerRecord, FLAT, corner_table, placed};
+use super::cutouts::CutoutTable;
 use super::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
 use super::environment::Environment;
 use super::light_tree::LightTree;
@@ -77,6 +78,8 @@ pub struct Features {
     pub smooth_normals: bool,
     /// Some material has a texture.
     pub textures: bool,
+    /// Of some triangle only a part is there.
+    pub cut_outs: bool,
 }
 
 /// A scene ready to be rendered: immutable tables, all values finite. Indices are triangle ids in file order.
@@ -97,6 +100,8 @@ pub struct PreparedScene {
     pub corners: Vec<CornerRecord>,
     /// The textures; lights share them.
     pub textures: Arc<TextureTable>,
+    /// The cut-out triangles; lights share them.
+    pub cutouts: Arc<CutoutTable>,
     /// Per triangle id, the material's kind (low bits) and [`CLASS_EMITS`]: the sorting key of a hit.
     pub classes: Vec<u8>,
     /// Materials in use, sorted by kind.
@@ -151,6 +156,7 @@ impl PreparedScene {
             .collect();
         let vertices: Vec<[u32; 3]> = desc.triangles.iter().map(|t| t.vertices).collect();
         let bvh = Bvh::build(&desc.positions, &vertices, |id| !degenerate[id as usize]);
+        let cutouts = CutoutTable::new(desc);
         let uses = |kind: MaterialKind| classes.iter().zip(&degenerate).any(|(c, d)| !d && c & 0x7f == kind as u8);
         let features = Features {
             diffuse: uses(MaterialKind::Diffuse),
@@ -162,6 +168,7 @@ impl PreparedScene {
             environment: desc.environment.is_some(),
             smooth_normals: corners.iter().any(|corner| corner.smoothness != FLAT),
             textures: desc.materials.iter().any(|m| m.texture.is_some() || m.emission_texture.is_some()),
+            cut_outs: !cutouts.is_empty(),
         };
         let mut scene = PreparedScene {
             name: desc.name.clone(),
@@ -172,6 +179,7 @@ impl PreparedScene {
             triangles,
             corners,
             textures: Arc::new(TextureTable::new(&desc.textures)),
+            cutouts: Arc::new(cutouts),
             classes,
             materials,
             emitters,
@@ -204,6 +212,7 @@ impl PreparedScene {
             ("triangle records", size_of_val(&self.triangles[..])),
             ("triangle corners", size_of_val(&self.corners[..])),
             ("textures", self.textures.bytes()),
+            ("cut-outs", self.cutouts.bytes()),
             ("triangle classes", size_of_val(&self.classes[..])),
             ("materials", size_of_val(&self.materials[..])),
             ("emissive triangles", size_of_val(&self.emitters[..])),

@@ -10,16 +10,21 @@ use std::path::Path;
 /// The texture of what has none.
 pub const NO_TEXTURE: u32 = u32::MAX;
 
-/// Reads a PNG or JPEG file; the message says why it cannot.
-pub fn read_texture(path: &Path) -> Result<TextureDesc, String> {
+/// Decodes a PNG or JPEG file; the message says why it cannot.
+pub(super) fn read_picture(path: &Path) -> Result<::image::DynamicImage, String> {
     let reader = ::image::ImageReader::open(path).map_err(|e| e.to_string())?;
     let picture = reader.with_guessed_format().map_err(|e| e.to_string())?.decode().map_err(|e| e.to_string())?;
-    // Alpha is no colour; 16-bit files lose their lower half.
-    let picture = picture.to_rgb8();
-    let (width, height) = picture.dimensions();
-    if width == 0 || height == 0 {
+    if picture.width() == 0 || picture.height() == 0 {
         return Err("the picture has no pixels".into());
     }
+    Ok(picture)
+}
+
+/// Reads a PNG or JPEG file; the message says why it cannot.
+pub fn read_texture(path: &Path) -> Result<TextureDesc, String> {
+    // Alpha is no colour; 16-bit files lose their lower half.
+    let picture = read_picture(path)?.to_rgb8();
+    let (width, height) = picture.dimensions();
     Ok(TextureDesc {
         name: path.display().to_string(),
         width,

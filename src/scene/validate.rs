@@ -138,16 +138,23 @@ pub fn check(scene: &SceneDesc) -> Result<()> {
             return fail(format!("texture `{}` has not width x height texels", texture.name));
         }
     }
-    if scene.textures.iter().map(|texture| texture.texels.len()).sum::<usize>() > u32::MAX as usize {
+    for mask in &scene.masks {
+        if mask.texels.is_empty() || mask.texels.len() != mask.width as usize * mask.height as usize {
+            return fail(format!("mask `{}` has not width x height texels", mask.name));
+        }
+    }
+    let texels = scene.textures.iter().map(|texture| texture.texels.len()).sum::<usize>();
+    if texels.max(scene.masks.iter().map(|mask| mask.texels.len()).sum()) > u32::MAX as usize {
         return fail("more than 2^32 texels: use smaller textures".into());
     }
     for material in &scene.materials {
         let uses = [material.texture, material.emission_texture];
-        let fine = |u: &TextureUse| {
+        let fine = |u: &TextureUse, pictures: usize| {
             let placed = u.scale.iter().chain(&u.offset).all(|x| x.abs() <= 1e6);
-            placed && (u.texture as usize) < scene.textures.len()
+            placed && (u.texture as usize) < pictures
         };
-        if !uses.iter().flatten().all(fine) {
+        let coloured = uses.iter().flatten().all(|u| fine(u, scene.textures.len()));
+        if !(coloured && material.cutout.iter().all(|u| fine(u, scene.masks.len()))) {
             return fail(format!(
                 "material `{}` has a texture that does not exist or is scaled too far",
                 material.name

@@ -1,6 +1,7 @@
 //! What several test files share: the scenes, small, and comparisons of pictures.
 #![allow(dead_code)] // not every test file uses every helper
 
+use glam::DVec3;
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
@@ -13,6 +14,7 @@ pub const SCENES: [&str; 10] = [
     "scenes/glossy_plates.toml",
     "scenes/glass.toml",
     "scenes/sky.toml",
+    "scenes/leaves.toml",
     "builtin:heavy:20000",
     "builtin:lamp_hall:300",
 ];
@@ -70,6 +72,16 @@ pub fn estimate(film: &Film, x: std::ops::Range<u32>, y: std::ops::Range<u32>, c
     let mean = sum / (pixels * n);
     let effective_samples = if squares > 0.0 { sum * sum / squares } else { f64::INFINITY };
     Estimate { mean, error: variance.sqrt() / pixels, effective_samples }
+}
+
+/// Irradiance at `point`, on a plane of normal `normal`, from a polygon of radiance 1 above it: Lambert's formula (Lambert 1760; Arvo 1994).
+pub fn polygon_irradiance(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
+    let rays: Vec<DVec3> = corners.iter().map(|c| (*c - point).normalize()).collect();
+    let edge = |i: usize| {
+        let (a, b) = (rays[i], rays[(i + 1) % rays.len()]);
+        a.dot(b).clamp(-1.0, 1.0).acos() * a.cross(b).normalize().dot(normal)
+    };
+    (0.5 * (0..rays.len()).map(edge).sum::<f64>()).abs()
 }
 
 /// A scene made in a test.
@@ -142,4 +154,25 @@ impl Maker {
         self.desc.name = "a test's scene".into();
         PreparedScene::new(&self.desc).unwrap_or_else(|error| panic!("{error}"))
     }
+}
+
+/// Pearson's chi-square of counts against what was expected, as a standard normal number (Wilson and Hilferty 1931). Cells of
+/// fewer than 8 expected counts are pooled. Cells need not hold all draws: nothing is said of the rest.
+pub fn chi_square_z(counts: &[f64], expected: &[f64]) -> f64 {
+    let (mut chi_square, mut freedom, mut rest) = (0.0, -1.0, (0.0, 0.0));
+    for (count, expected) in counts.iter().zip(expected) {
+        if *expected < 8.0 {
+            rest = (rest.0 + count, rest.1 + expected);
+        } else {
+            chi_square += (count - expected).powi(2) / expected;
+            freedom += 1.0;
+        }
+    }
+    if rest.1 > 8.0 {
+        chi_square += (rest.0 - rest.1).powi(2) / rest.1;
+        freedom += 1.0;
+    }
+    let freedom: f64 = freedom;
+    let spread = 2.0 / (9.0 * freedom);
+    ((chi_square / freedom).cbrt() - (1.0 - spread)) / spread.sqrt()
 }

@@ -115,24 +115,6 @@ pub fn cells(triangle: &Triangle) -> Vec<[DVec3; 3]> {
     (0..CELLS).flat_map(row).collect()
 }
 
-/// Pearson's statistic as a standard normal number (Wilson and Hilferty); cells that expect little are put together.
-pub fn chi_square_z(counts: &[f64], expected: &[f64]) -> f64 {
-    let (mut sum, mut cells, mut rest) = (0.0, 0.0, (0.0, 0.0));
-    for (&count, &expected) in counts.iter().zip(expected) {
-        rest = (rest.0 + count, rest.1 + expected);
-        if rest.1 >= 10.0 {
-            sum += (rest.0 - rest.1) * (rest.0 - rest.1) / rest.1;
-            (cells, rest) = (cells + 1.0, (0.0, 0.0));
-        }
-    }
-    if rest.1 > 0.0 {
-        sum += (rest.0 - rest.1) * (rest.0 - rest.1) / rest.1.max(5.0);
-    }
-    let freedom: f64 = (cells - 1.0_f64).max(1.0);
-    let spread = 2.0 / (9.0 * freedom);
-    ((sum / freedom).cbrt() - (1.0 - spread)) / spread.sqrt()
-}
-
 pub const SAMPLES: u32 = 16_384;
 
 pub fn pairs() -> Vec<[f32; 2]> {

@@ -11,7 +11,7 @@ use crate::settings::{Crop, Settings};
 use crate::setup::Setup;
 
 /// Pixels of a recorded tile: with one sample each they fill the engine's queues.
-const TILE: (u32, u32) = (64, 32);
+const TILE: (u32, u32) = (64, 64);
 const _: () = assert!(TILE.0 as usize * TILE.1 as usize == PATHS_AT_ONCE);
 
 /// The rays of one queue of one tile.

@@ -84,6 +84,7 @@ pub(super) fn lamp_hall(name: String, lamps: u32) -> SceneDesc {
         positions: mesh.positions,
         corners: Vec::new(),
         textures: Vec::new(),
+        masks: Vec::new(),
         triangles: mesh.triangles,
         materials: materials(),
         environment: None,
