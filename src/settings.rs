@@ -153,7 +153,8 @@ pub struct Settings {
     pub crop: Option<Crop>,
 }
 
-/// Roulette may end a path from this depth on, unless told otherwise.
+/// Roulette may end a path from this depth on, unless told otherwise. By efficiency over ten scenes 1 is worse, 2, 3, 5 and 8
+/// are within 5 % of each other in the mean: later starts gain where paths soon leave the scene and lose in closed ones.
 pub const DEFAULT_RR_DEPTH: u32 = 2;
 
 impl Default for Settings {

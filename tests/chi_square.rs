@@ -229,8 +229,12 @@ fn lights_are_drawn_with_their_densities() {
     for &lights in Lights::ALL {
         let table = LightTable::new(&scene, lights, false);
         let lanes = |words: &[[u32; 4]; LANES]| -> [Option<(f32, f32)>; LANES] {
-            let drawn =
-                light_x8::sample_lights(&table, &points, Mask8::ALL, [0, 1, 2, 3].map(|c| U32x8::from_array(words.map(|w| w[c]))));
+            let drawn = light_x8::sample_lights(
+                &table,
+                &points,
+                Mask8::ALL,
+                [0, 1, 2, 3].map(|c| U32x8::from_array(words.map(|w| w[c]))),
+            );
             let (red, pdf, valid) = (drawn.radiance.x.to_array(), drawn.pdf_dir.to_array(), drawn.valid.bits());
             std::array::from_fn(|i| (valid >> i & 1 == 1).then_some((red[i], pdf[i])))
         };

@@ -29,17 +29,12 @@ fn points(pixel: u32, group: u32, (block, order): (u32, [usize; 4]), seed: u32, 
 
 /// Generator matrices by their textbook definition: `[dimension][digit][bit of the index]`, digit 0 after the point.
 fn matrices() -> [[[bool; 12]; 12]; 4] {
-    let mut matrices = [[[false; 12]; 12]; 4];
+    type Matrix = [[bool; 12]; 12];
+    let matrix = |entry: &dyn Fn(usize, usize) -> bool| -> Matrix {
+        std::array::from_fn(|digit| std::array::from_fn(|bit| entry(digit, bit)))
+    };
     // Initial numbers and the inner coefficients of the polynomial, as Joe and Kuo print them.
-    let tables: [(&[u64], u64); 2] = [(&[1, 3], 1), (&[1, 1, 3], 1)];
-    for bit in 0..12 {
-        matrices[0][bit][bit] = true;
-        for digit in 0..=bit {
-            // Pascal's triangle modulo 2, by Lucas's theorem.
-            matrices[1][digit][bit] = digit & bit == digit;
-        }
-    }
-    for (dimension, (initial, inner)) in tables.into_iter().enumerate() {
+    let sobol = |initial: &[u64], inner: u64| {
         let degree = initial.len();
         let mut m = initial.to_vec();
         for k in degree..12 {
@@ -49,14 +44,16 @@ fn matrices() -> [[[bool; 12]; 12]; 4] {
             }
             m.push(next);
         }
-        for bit in 0..12 {
-            // v = m / 2^(bit + 1): digit 0 is its half.
-            for digit in 0..=bit {
-                matrices[dimension + 2][digit][bit] = m[bit] >> (bit - digit) & 1 == 1;
-            }
-        }
-    }
-    matrices
+        // v = m / 2^(bit + 1): digit 0 is its half.
+        matrix(&|digit, bit| digit <= bit && m[bit] >> (bit - digit) & 1 == 1)
+    };
+    // The second is Pascal's triangle modulo 2, by Lucas's theorem.
+    [
+        matrix(&|digit, bit| digit == bit),
+        matrix(&|digit, bit| digit & bit == digit),
+        sobol(&[1, 3], 1),
+        sobol(&[1, 1, 3], 1),
+    ]
 }
 
 /// Rank over GF(2).

@@ -8,13 +8,13 @@ mod lights;
 #[path = "solid_angle/views.rs"]
 mod views;
 
+use common::chi_square_z;
 use glam::{DVec3, Vec3};
 use octray::lanes::{F32x8, LANES, Vec3x8};
 use octray::packet::solid_angle::solid_angles;
 use octray::reference::double;
 use octray::reference::single::solid_angle::solid_angle;
 use std::f64::consts::PI;
-use common::chi_square_z;
 use views::*;
 
 /// Significance 0.1 % for the file (Sidak: 6e-7 each of 1,600 tests): z below 4.9.

@@ -224,11 +224,11 @@ fn add_high_columns(index: U32x8, points: &mut [U32x8; 4]) {
 #[inline(always)]
 fn owen_scramble_x8(mirrored: U32x8, seed: U32x8) -> U32x8 {
     let mut x = mirrored;
-    x = x ^ x * U32x8::splat(0x3d20_adea);
+    x = x ^ (x * U32x8::splat(0x3d20_adea));
     x = x + seed;
     x = x * (seed >> 16 | U32x8::splat(1));
-    x = x ^ x * U32x8::splat(0x0552_6c56);
-    x = x ^ x * U32x8::splat(0x53a2_2864);
+    x = x ^ (x * U32x8::splat(0x0552_6c56));
+    x = x ^ (x * U32x8::splat(0x53a2_2864));
     x.reverse_bits()
 }
 

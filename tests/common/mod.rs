@@ -5,7 +5,7 @@ use glam::DVec3;
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 10] = [
+pub const SCENES: [&str; 11] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
