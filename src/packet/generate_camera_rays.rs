@@ -1,35 +1,27 @@
-//! Stage: camera rays of the paths in the tile's slots. One variant a (filter, lens, sampler) triple.
+//! Stage: camera rays of the paths in the tile's slots. One variant a (filter, lens) pair.
 
 use super::state::{COUNTS_ONE, TileState, append_rays};
 use super::warp::sample_uniform_disk;
 use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
 use crate::sampler::{ALL_WORDS, CAMERA_BLOCK, PIXEL_WORDS, sample_words_x8, unit_x8};
 use crate::scene::desc::PixelFilter;
-use crate::settings::Sampler;
 use crate::setup::Setup;
 
 /// A variant of the stage.
 pub type CameraStage = fn(&Setup, &mut TileState);
 
-/// The variant for this camera and sampler.
+/// The variant for this camera.
 pub fn variant(setup: &Setup) -> CameraStage {
-    match setup.sampler {
-        Sampler::Independent => of_sampler::<false>(setup),
-        Sampler::Sobol => of_sampler::<true>(setup),
-    }
-}
-
-fn of_sampler<const SOBOL: bool>(setup: &Setup) -> CameraStage {
     match (setup.camera.filter, setup.camera.lens.is_some()) {
-        (PixelFilter::Box, false) => generate_camera_rays::<false, false, SOBOL>,
-        (PixelFilter::Box, true) => generate_camera_rays::<false, true, SOBOL>,
-        (PixelFilter::Tent, false) => generate_camera_rays::<true, false, SOBOL>,
-        (PixelFilter::Tent, true) => generate_camera_rays::<true, true, SOBOL>,
+        (PixelFilter::Box, false) => generate_camera_rays::<false, false>,
+        (PixelFilter::Box, true) => generate_camera_rays::<false, true>,
+        (PixelFilter::Tent, false) => generate_camera_rays::<true, false>,
+        (PixelFilter::Tent, true) => generate_camera_rays::<true, true>,
     }
 }
 
 /// Fills `paths` with one ray for every slot, in slot order.
-fn generate_camera_rays<const TENT: bool, const LENS: bool, const SOBOL: bool>(setup: &Setup, state: &mut TileState) {
+fn generate_camera_rays<const TENT: bool, const LENS: bool>(setup: &Setup, state: &mut TileState) {
     let camera = &setup.camera;
     let eye = Vec3x8::splat(camera.origin);
     let [corner, right, down] = [camera.corner, camera.right, camera.down].map(Vec3x8::splat);
@@ -39,9 +31,9 @@ fn generate_camera_rays<const TENT: bool, const LENS: bool, const SOBOL: bool>(s
         let pixel = U32x8::load(&state.slots.pixel, first);
         let sample = U32x8::load(&state.slots.sample, first);
         let words = if LENS {
-            sample_words_x8::<SOBOL, ALL_WORDS>(pixel, sample, CAMERA_BLOCK, setup.seed)
+            sample_words_x8::<ALL_WORDS>(setup.sampler, pixel, sample, CAMERA_BLOCK, setup.seed)
         } else {
-            sample_words_x8::<SOBOL, PIXEL_WORDS>(pixel, sample, CAMERA_BLOCK, setup.seed)
+            sample_words_x8::<PIXEL_WORDS>(setup.sampler, pixel, sample, CAMERA_BLOCK, setup.seed)
         };
         let offset = |word: U32x8| if TENT { tent(unit_x8(word)) } else { unit_x8(word) };
         let film_x = (pixel & U32x8::splat(0xffff)).to_f32() + offset(words[0]);

@@ -12,7 +12,7 @@ use super::tile::{self, IntersectStage};
 use crate::bvh::{RayKind, Walk};
 use crate::scene::desc::PixelFilter;
 use crate::scene::lights::{EnvironmentLight, Selection, selection_name};
-use crate::settings::{Sampler, Strategy};
+use crate::settings::Strategy;
 use crate::setup::Setup;
 
 /// A stage of the plan.
@@ -90,11 +90,9 @@ impl Plan {
         let first = scene.classes.first().copied();
         let lit = !setup.lights.is_empty();
         let detailed = !scene.corners.is_empty();
-        let mut surfaces = match (detailed, setup.sampler) {
-            (false, Sampler::Independent) => variants::<false, false>(strategy),
-            (false, Sampler::Sobol) => variants::<false, true>(strategy),
-            (true, Sampler::Independent) => variants::<true, false>(strategy),
-            (true, Sampler::Sobol) => variants::<true, true>(strategy),
+        let mut surfaces = match detailed {
+            false => variants::<false>(strategy),
+            true => variants::<true>(strategy),
         }
         .to_vec();
         surfaces.retain(|(stage, _)| needs.surface(*stage));
@@ -124,17 +122,18 @@ impl Plan {
     }
 }
 
-/// The surface stages of a strategy: one monomorphised copy each, without or with what smooth surfaces need, by sampler.
-fn variants<const DETAIL: bool, const SOBOL: bool>(strategy: Strategy) -> [(Stage, SurfaceStage); 5] {
+/// The surface stages of a strategy: one monomorphised copy each, without or with what smooth surfaces need. (The sampler
+/// is a branch in them, always taken alike: copies for it would double the code to save 1 % of the instructions.)
+fn variants<const DETAIL: bool>(strategy: Strategy) -> [(Stage, SurfaceStage); 5] {
     macro_rules! choose {
         ($($variant:ident),*) => {
             match strategy {
                 $(Strategy::$variant => [
-                    (Stage::ShadeDiffuse, shade_diffuse::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
-                    (Stage::ShadeMirror, shade_mirror::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
-                    (Stage::ShadeConductor, shade_conductor::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
-                    (Stage::ShadeDielectric, shade_dielectric::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
-                    (Stage::ShadePlastic, shade_plastic::<{ Strategy::$variant as u8 }, DETAIL, SOBOL>),
+                    (Stage::ShadeDiffuse, shade_diffuse::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadeMirror, shade_mirror::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadeConductor, shade_conductor::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadeDielectric, shade_dielectric::<{ Strategy::$variant as u8 }, DETAIL>),
+                    (Stage::ShadePlastic, shade_plastic::<{ Strategy::$variant as u8 }, DETAIL>),
                 ],)*
             }
         };

@@ -61,7 +61,7 @@ pub(super) struct DirectLight {
 
 /// Draws the light samples that `strategy` wants.
 #[inline(always)]
-pub(super) fn draw_light<const DETAIL: bool, const SOBOL: bool>(
+pub(super) fn draw_light<const DETAIL: bool>(
     setup: &Setup,
     strategy: Strategy,
     hits: &Hits,
@@ -70,9 +70,9 @@ pub(super) fn draw_light<const DETAIL: bool, const SOBOL: bool>(
     let one_sample = strategy == Strategy::MisOneSample;
     let block = light_block(event);
     let words = if one_sample || setup.lights.environment.is_some() {
-        sample_words_x8::<SOBOL, ALL_WORDS>(hits.pixel, hits.sample, block, setup.seed)
+        sample_words_x8::<ALL_WORDS>(setup.sampler, hits.pixel, hits.sample, block, setup.seed)
     } else {
-        sample_words_x8::<SOBOL, LIGHT_WORDS>(hits.pixel, hits.sample, block, setup.seed)
+        sample_words_x8::<LIGHT_WORDS>(setup.sampler, hits.pixel, hits.sample, block, setup.seed)
     };
     let chosen = if one_sample { unit_x8(words[3]).lt(F32x8::splat(0.5)) } else { Mask8::NONE };
     let wanted = if one_sample { hits.active & chosen } else { hits.active };
@@ -126,8 +126,8 @@ fn light_sample_weight(strategy: Strategy, pdf_light: F32x8, pdf_bsdf: F32x8) ->
 /// The numbers of eight BSDF samples: two to place the direction, one for the lobe, one for roulette. `NEEDED`: which of
 /// them are read ([`crate::sampler::sample_words_x8`]).
 #[inline(always)]
-pub(super) fn bsdf_words<const SOBOL: bool, const NEEDED: u8>(setup: &Setup, hits: &Hits, event: u32) -> [U32x8; 4] {
-    sample_words_x8::<SOBOL, NEEDED>(hits.pixel, hits.sample, bsdf_block(event), setup.seed)
+pub(super) fn bsdf_words<const NEEDED: u8>(setup: &Setup, hits: &Hits, event: u32) -> [U32x8; 4] {
+    sample_words_x8::<NEEDED>(setup.sampler, hits.pixel, hits.sample, bsdf_block(event), setup.seed)
 }
 
 /// Eight directions to go on in.

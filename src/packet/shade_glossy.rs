@@ -15,36 +15,30 @@ use crate::settings::Strategy;
 use crate::setup::Setup;
 
 /// Metals, for the strategy with number `STRATEGY`; `event` events lie before this one.
-pub fn shade_conductor<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
+pub fn shade_conductor<const STRATEGY: u8, const DETAIL: bool>(
     setup: &Setup,
     plan: &Plan,
     state: &mut TileState,
     event: u32,
 ) {
     let TileState { conductor, next, shadow, slots, .. } = state;
-    shade_glossy::<super::bsdf::Conductor, STRATEGY, DETAIL, SOBOL>(
-        setup,
-        plan,
-        (conductor, slots),
-        (shadow, next),
-        event,
-    );
+    shade_glossy::<super::bsdf::Conductor, STRATEGY, DETAIL>(setup, plan, (conductor, slots), (shadow, next), event);
 }
 
 /// Plastics, for the strategy with number `STRATEGY`.
-pub fn shade_plastic<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
+pub fn shade_plastic<const STRATEGY: u8, const DETAIL: bool>(
     setup: &Setup,
     plan: &Plan,
     state: &mut TileState,
     event: u32,
 ) {
     let TileState { plastic, next, shadow, slots, .. } = state;
-    shade_glossy::<super::bsdf::Plastic, STRATEGY, DETAIL, SOBOL>(setup, plan, (plastic, slots), (shadow, next), event);
+    shade_glossy::<super::bsdf::Plastic, STRATEGY, DETAIL>(setup, plan, (plastic, slots), (shadow, next), event);
 }
 
 /// A glossy kind: light sample, BSDF sample, roulette.
 #[inline(always)]
-fn shade_glossy<G: Glossy, const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
+fn shade_glossy<G: Glossy, const STRATEGY: u8, const DETAIL: bool>(
     setup: &Setup,
     plan: &Plan,
     (queue, slots): (&SurfaceQueue, &Slots),
@@ -64,7 +58,7 @@ fn shade_glossy<G: Glossy, const STRATEGY: u8, const DETAIL: bool, const SOBOL: 
         let wo = to_local(-hits.direction, normal);
         let mut light_chosen = Mask8::NONE;
         if strategy.samples_lights() && plan.needs.shadow {
-            let direct = draw_light::<DETAIL, SOBOL>(setup, strategy, &hits, event);
+            let direct = draw_light::<DETAIL>(setup, strategy, &hits, event);
             light_chosen = direct.chosen;
             let scattered = G::evaluate(&material, wo, to_local(direct.light.direction, normal));
             add_light_samples(plan, strategy, &hits, &direct, (scattered.f_cosine, scattered.pdf_dir), shadow);
@@ -72,7 +66,7 @@ fn shade_glossy<G: Glossy, const STRATEGY: u8, const DETAIL: bool, const SOBOL: 
         if last && !plan.last_drawn_counts {
             continue;
         }
-        let words = bsdf_words::<SOBOL, ALL_WORDS>(setup, &hits, event);
+        let words = bsdf_words::<ALL_WORDS>(setup, &hits, event);
         let u = [unit_x8(words[0]), unit_x8(words[1])];
         let (wi, factor, pdf_dir, valid) = if strategy == Strategy::Uniform {
             let wi = sample_uniform_hemisphere(u);
@@ -101,7 +95,7 @@ fn shade_glossy<G: Glossy, const STRATEGY: u8, const DETAIL: bool, const SOBOL: 
 }
 
 /// Smooth glass: reflected with the Fresnel probability, else refracted (pbrt-v4 sections 9.3.3 and 9.5).
-pub fn shade_dielectric<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
+pub fn shade_dielectric<const STRATEGY: u8, const DETAIL: bool>(
     setup: &Setup,
     plan: &Plan,
     state: &mut TileState,
@@ -116,7 +110,7 @@ pub fn shade_dielectric<const STRATEGY: u8, const DETAIL: bool, const SOBOL: boo
         let hits = load_hits::<DETAIL>(setup, dielectric, slots, first);
         let material = MaterialColumns::new(&gather_records(&setup.scene.materials, hits.points.material));
         let normal = hits.points.normal;
-        let words = bsdf_words::<SOBOL, LOBE_WORDS>(setup, &hits, event);
+        let words = bsdf_words::<LOBE_WORDS>(setup, &hits, event);
         let eta = hits.points.front.select(material.ior, one / material.ior);
         let incoming = if DETAIL { hits.points.graze(hits.direction) } else { hits.direction };
         let cosine = -incoming.dot(normal);

@@ -22,7 +22,7 @@ fn colors(materials: &[MaterialRecord], material: U32x8) -> Vec3x8 {
 }
 
 /// Diffuse surfaces, for the strategy with number `STRATEGY` and the `sobol` or the `independent` sampler; `event` events lie before this one.
-pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
+pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool>(
     setup: &Setup,
     plan: &Plan,
     state: &mut TileState,
@@ -41,7 +41,7 @@ pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
         }
         let mut light_chosen = Mask8::NONE;
         if strategy.samples_lights() && plan.needs.shadow {
-            let direct = draw_light::<DETAIL, SOBOL>(setup, strategy, &hits, event);
+            let direct = draw_light::<DETAIL>(setup, strategy, &hits, event);
             light_chosen = direct.chosen;
             // Lambert: albedo/pi times cosine; cosine/pi is also the density of the BSDF's own sampling.
             let pdf_bsdf = cosine_hemisphere_pdf_dir(direct.light.cosine);
@@ -50,7 +50,7 @@ pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
         if last && !plan.last_drawn_counts {
             continue;
         }
-        let words = bsdf_words::<SOBOL, DIRECTION_WORDS>(setup, &hits, event);
+        let words = bsdf_words::<DIRECTION_WORDS>(setup, &hits, event);
         let u = [unit_x8(words[0]), unit_x8(words[1])];
         let (local, factor) = if strategy == Strategy::Uniform {
             let local = sample_uniform_hemisphere(u);
@@ -74,7 +74,7 @@ pub fn shade_diffuse<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
 }
 
 /// Mirrors: the one possible direction. After it light sampling could not have worked, so the next hit counts 1.
-pub fn shade_mirror<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
+pub fn shade_mirror<const STRATEGY: u8, const DETAIL: bool>(
     setup: &Setup,
     plan: &Plan,
     state: &mut TileState,
@@ -87,7 +87,7 @@ pub fn shade_mirror<const STRATEGY: u8, const DETAIL: bool, const SOBOL: bool>(
     for first in (0..mirror.len).step_by(LANES) {
         let hits = load_facing_hits::<DETAIL>(setup, mirror, slots, first);
         let normal = hits.points.normal;
-        let words = bsdf_words::<SOBOL, ROULETTE_WORD>(setup, &hits, event);
+        let words = bsdf_words::<ROULETTE_WORD>(setup, &hits, event);
         let reflected = hits.direction - normal.scale(F32x8::splat(2.0) * hits.direction.dot(normal));
         let bounce = Bounce {
             active: hits.active,

@@ -59,19 +59,18 @@ pub const LOBE_WORDS: u8 = 0b1100;
 /// Word 3 of a BSDF block: roulette.
 pub const ROULETTE_WORD: u8 = 0b0100;
 
-/// [`sample_words`] of `sobol` or `independent` for eight addresses that share block and seed; same bits. `NEEDED` is one of
-/// the constants above (a bit for every dimension of [`sobol`]); other words than those hold anything.
+/// [`sample_words`] for eight addresses that share block and seed; same bits. `NEEDED` is one of the constants above (a bit for every dimension of [`sobol`]); other words than those hold anything.
 #[inline(always)]
-pub fn sample_words_x8<const SOBOL: bool, const NEEDED: u8>(
+pub fn sample_words_x8<const NEEDED: u8>(
+    sampler: Sampler,
     pixel: U32x8,
     sample: U32x8,
     block: u32,
     seed: u32,
 ) -> [U32x8; 4] {
-    if SOBOL {
-        sobol_words_x8::<NEEDED>(pixel, sample, block, seed)
-    } else {
-        random_words_x8(pixel, sample, block, seed)
+    match sampler {
+        Sampler::Independent => random_words_x8(pixel, sample, block, seed),
+        Sampler::Sobol => sobol_words_x8::<NEEDED>(pixel, sample, block, seed),
     }
 }
 

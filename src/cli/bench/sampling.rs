@@ -22,10 +22,7 @@ pub fn cases<'a>(seed: u32, faults: &mut Vec<String>) -> Vec<Case<'a>> {
         let what = format!("{WHAT}{sampler}");
         let lanes = move |slots: &Slots, first: usize| {
             let (pixel, sample) = (U32x8::load(&slots.pixel, first), U32x8::load(&slots.sample, first));
-            match sampler {
-                Sampler::Independent => sample_words_x8::<false, ALL_WORDS>(pixel, sample, bsdf_block(1), seed),
-                Sampler::Sobol => sample_words_x8::<true, ALL_WORDS>(pixel, sample, bsdf_block(1), seed),
-            }
+            sample_words_x8::<ALL_WORDS>(sampler, pixel, sample, bsdf_block(1), seed)
         };
         let scalar = move |slots: &Slots, at: usize| {
             sample_words(sampler, slots.pixel[at], slots.sample[at], bsdf_block(1), seed)
