@@ -125,6 +125,39 @@ fn a_two_sided_light_shines_on_both_sides() {
     assert!(uniform.records[0].two_sided() && !uniform.records[2].two_sided());
 }
 
+/// A lamp at the origin of coordinates, its own numbers tiny, seen from far away: rays arrive there with the rounding of
+/// where they come from, and must not run into the lamp before its surface.
+#[test]
+fn a_lamp_at_the_origin_does_not_hide_itself() {
+    for s in [0.03f32, 0.3] {
+        let depth = 7.0;
+        let mut maker = Maker::default();
+        let floor = maker.diffuse(ALBEDO, [0.0; 3]);
+        let light = maker.diffuse([0.0; 3], [1e3; 3]);
+        let y = -depth as f32;
+        maker.quad([[-20.0, y, 20.0], [20.0, y, 20.0], [20.0, y, -20.0], [-20.0, y, -20.0]], floor);
+        maker.cuboid([-s, -s, -s], [s, s, s], false, light);
+        let at = [2.5, -depth, 1.5];
+        let scene = maker.seen([at[0] + 3.0, 1.0 - depth, at[2]], at, 1e-3);
+        // From there the front, the right and the bottom are in sight.
+        let faces = [
+            [[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]],
+            [[1.0, -1.0, 1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0]],
+            [[-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, -1.0, 1.0]],
+        ];
+        let size = f64::from(s);
+        let faces = faces.map(|face| face.map(|corner: [f64; 3]| size * DVec3::from(corner)));
+        let irradiance: f64 = faces.iter().map(|face| polygon_irradiance(DVec3::from(at), DVec3::Y, face)).sum();
+        let truth = ALBEDO.map(|albedo| albedo / std::f64::consts::PI * irradiance * 1e3);
+        for strategy in [Strategy::Nee, Strategy::MisBalance, Strategy::MisPower] {
+            for &lights in octray::Lights::ALL {
+                let settings = Settings { strategy, lights, max_depth: Some(1), ..small(16, 16, 256) };
+                assert_mean(&scene, &settings, truth, 2e-2, &format!("{strategy}, {lights}, size {size}"));
+            }
+        }
+    }
+}
+
 #[test]
 fn a_tiny_light_follows_the_inverse_square_law() {
     let mut maker = Maker::default();

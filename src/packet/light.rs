@@ -4,7 +4,7 @@ use super::cutouts::opaque;
 use super::environment::{map_pdf_dir, sample_map};
 use super::light_tree::{Receivers, choose_lights, environment_eighths, light_probabilities};
 use super::solid_angle::solid_angles;
-use super::surface::{SurfacePoints, gather_records, point_and_offset, vertices};
+use super::surface::{OFFSET_HALF_ULPS, SurfacePoints, gather_records, point_and_offset, vertices};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
@@ -151,7 +151,7 @@ fn sample_triangles(
     let vertices = vertices(&columns);
     let solid_angles = solid_angles(&vertices, columns[15].abs(), points.origin);
     let weights = solid_angles.sample(u);
-    let (position, offset) = point_and_offset(&vertices, weights, F32x8::ZERO);
+    let (position, offset) = point_and_offset(&vertices, weights, far_end(points.origin));
     let mut light_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
     let to_light = position - points.position;
     let distance_squared = to_light.dot(to_light);
@@ -177,6 +177,13 @@ fn sample_triangles(
         shadow_direction: (position + light_normal.scale(offset)) - points.origin,
         shadow_tmax: F32x8::ONE,
     }
+}
+
+/// What shadow rays' starts add to the offsets of their ends; see the scalar twin.
+#[inline(always)]
+fn far_end(origin: Vec3x8) -> F32x8 {
+    let size = origin.abs();
+    (size.x + size.y + size.z) * F32x8::splat(OFFSET_HALF_ULPS)
 }
 
 /// Densities per steradian with which [`sample_lights`] would have drawn, for `receivers`, the points that rays hit at

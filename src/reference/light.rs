@@ -4,7 +4,7 @@ use super::cutouts::is_opaque;
 use super::environment::{map_pdf_dir, sample_map, texel_index};
 use super::light_tree::{Receiver, choose_light, environment_eighths, light_probability};
 use super::solid_angle::solid_angle;
-use super::surface::{SurfacePoint, point_and_offset};
+use super::surface::{OFFSET_HALF_ULPS, SurfacePoint, point_and_offset};
 use super::texture::{interpolate, look_up};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use super::{Real, Vec3, vec3};
@@ -55,7 +55,7 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
         Some(solid_angle) => solid_angle.sample(u),
         None => sample_uniform_triangle(u),
     };
-    let (position, offset) = point_and_offset(&light.vertices, weights, 0.0);
+    let (position, offset) = point_and_offset(&light.vertices, weights, far_end(point.origin));
     let to_light = position - point.position;
     let distance_squared = to_light.dot(to_light);
     if !(distance_squared > 0.0) {
@@ -79,6 +79,14 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) 
     let shadow_direction = (position + light_normal * offset) - point.origin;
     let radiance = emitted(lights, chosen, weights);
     Some(LightSample { direction, cosine, radiance, pdf_dir, shadow_direction, shadow_tmax: 1.0 })
+}
+
+/// What a shadow ray's start adds to the offset of its end, for [`point_and_offset`]: the ray arrives as inexactly as it was
+/// sent. Without it a light near the origin of coordinates, seen from far away, hides behind itself: a sphere of radius 0.3
+/// lost 3 to 10 % of its light at 5 to 7 units.
+fn far_end(origin: Vec3) -> Real {
+    let size = origin.abs();
+    (size.x + size.y + size.z) * OFFSET_HALF_ULPS
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normal, a map by its radiance.
