@@ -42,9 +42,10 @@
 //! | [`lanes`], [`math`] | eight `f32`; the exactly rounded operations both engines are made of |
 //! | [`film`], [`image`], [`color`] | sums, files, the sRGB curve |
 //! | [`settings`], [`camera`], [`stats`], [`clock`], [`error`] | what their names say |
+//! | `report` | error against run time: metrics, statistics, plots, pages (feature `cli`) |
 //! | `cli` | one file a command (feature `cli`) |
 //!
-//! Layers, top to bottom, nothing imports upwards (a test reads the sources): `cli > render > {packet, reference} >
+//! Layers, top to bottom, nothing imports upwards (a test reads the sources): `cli > report > render > {packet, reference} >
 //! {setup, scene, bvh, film, image, camera, stats} > {settings, sampler, lanes, math, color, error, clock}`.
 //!
 //! # Invariants
@@ -81,6 +82,8 @@ pub mod math;
 pub mod packet;
 pub mod reference;
 pub mod render;
+#[cfg(feature = "cli")]
+pub mod report;
 pub mod sampler;
 pub mod scene;
 pub mod settings;

@@ -6,6 +6,7 @@
 mod args;
 mod bench;
 mod cpu;
+mod diff;
 mod info;
 mod output;
 mod progress;
@@ -44,10 +45,12 @@ enum Command {
     Trace(trace::TraceArgs),
     /// Throughput of the engines, side by side
     Bench(bench::BenchArgs),
+    /// How far picture A is from picture B, the reference
+    Diff(diff::DiffArgs),
 }
 
 /// Commands that have a place in the command line and no code yet.
-const LATER_COMMANDS: [&str; 3] = ["converge", "check", "diff"];
+const LATER_COMMANDS: [&str; 2] = ["converge", "check"];
 
 /// The whole program: parses the arguments of this process, runs the command, prints what went wrong.
 pub fn main() -> ExitCode {
@@ -79,6 +82,7 @@ fn run() -> u8 {
         Command::Info(args) => info::run(&args),
         Command::Trace(args) => trace::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Diff(args) => diff::run(&args),
     };
     match done {
         Ok(status) => status,

@@ -1,0 +1,7 @@
+//! Error against run time: how far pictures are from each other and from the truth, and what it costs to get there.
+//!
+//! **Law:** nothing here knows of flags, terminals or exit codes, and nothing here decides anything in a render. Metrics and
+//! statistics are plain f64 on whole pictures, written from their definitions.
+
+pub mod heatmap;
+pub mod metrics;
