@@ -149,6 +149,12 @@ pub fn relative_errors(a: &Image, b: &Image) -> Vec<f64> {
     a.pixels.iter().zip(&b.pixels).map(error).collect()
 }
 
+/// The mean of `pixels`, per channel.
+pub fn mean(pixels: &[[f32; 3]]) -> [f64; 3] {
+    let sum = |c: usize| pixels.iter().map(|pixel| pixel[c] as f64).sum::<f64>();
+    [0, 1, 2].map(|c| sum(c) / pixels.len().max(1) as f64)
+}
+
 /// Whether `a` and `b` can be compared at all.
 pub fn check(a: &Image, b: &Image) -> Result<(), Fault> {
     if (a.width, a.height) != (b.width, b.height) {
