@@ -68,6 +68,14 @@ impl Film {
         })
     }
 
+    /// The picture as the bytes of a PNG file.
+    pub fn png(&self) -> Vec<u8> {
+        let mut bytes = io::Cursor::new(Vec::new());
+        // Memory takes every byte, and a film always has as many pixels as it says.
+        let _ = png::write(self, &mut bytes);
+        bytes.into_inner()
+    }
+
     /// The picture so far, as its EXR file would hold it: means, their variance, the settings.
     pub fn to_image(&self) -> Image {
         let places = || (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));

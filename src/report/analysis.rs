@@ -202,9 +202,10 @@ fn find(budgets: &[Budget], runs: &[&Run], pool: &Pool, reference: &Image) -> Fi
         law,
         cpu_seconds_by_sample,
         efficiency: known.then(|| efficiency(last.relmse)),
-        efficiency_interval: last.relmse_interval.filter(|interval| known && interval.low > 0.0).map(|interval| {
-            Interval { low: efficiency(interval.high), high: efficiency(interval.low) }
-        }),
+        efficiency_interval: last
+            .relmse_interval
+            .filter(|interval| known && interval.low > 0.0)
+            .map(|interval| Interval { low: efficiency(interval.high), high: efficiency(interval.low) }),
         bias: bias.mean,
         relative_bias: bias.mean / bias.reference_mean,
         bias_se: bias.standard_error,

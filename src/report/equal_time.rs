@@ -50,8 +50,7 @@ pub fn render(
             let spp = (seconds / finding.cpu_seconds_by_sample).round().clamp(1.0, 1e6) as u32;
             let configuration = experiment.configurations[finding.configuration];
             let settings = experiment.settings_of(configuration, Budget::Spp(spp), seed);
-            let render =
-                render_with(&experiment.cases[case].scene, &settings, &|_| !stop.load(Ordering::Relaxed));
+            let render = render_with(&experiment.cases[case].scene, &settings, &|_| !stop.load(Ordering::Relaxed));
             if stop.load(Ordering::Relaxed) {
                 return shown;
             }

@@ -99,9 +99,9 @@ struct Axis {
 impl Axis {
     /// Wide enough for `values`, with some room; a decade about 1 if there are none.
     fn around(values: impl Iterator<Item = f64>, start: f64, end: f64) -> Axis {
-        let (low, high) = values.filter(|v| *v > 0.0 && v.is_finite()).fold((f64::MAX, 0.0f64), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
+        let (low, high) = values
+            .filter(|v| *v > 0.0 && v.is_finite())
+            .fold((f64::MAX, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
         if high == 0.0 {
             return Axis { low: -0.5, high: 0.5, start, end };
         }
@@ -330,7 +330,7 @@ mod tests {
         let text = plot.svg(true).into_string();
         let tree = roxmltree::Document::parse(&text).unwrap();
         assert_eq!(tree.root_element().tag_name().name(), "svg");
-        let texts: Vec<&str> = tree.descendants().filter_map(|node| node.text()).collect();
+        let texts: Vec<&str> = tree.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect();
         assert_eq!(texts.iter().filter(|text| text.contains("a <b> & \"c\"")).count(), 9);
         let shapes: std::collections::HashSet<_> =
             MARKERS.iter().zip(DASHES).map(|(marker, dash)| format!("{marker:?}{dash}")).collect();

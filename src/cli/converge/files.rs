@@ -1,14 +1,19 @@
 //! What `converge` writes, and where.
 
+use super::of_case;
 use crate::cli::output::write_json;
 use crate::error::{Error, Result};
 use crate::image::atomic;
 use crate::report::analysis::Finding;
 use crate::report::equal_time::Shown;
 use crate::report::experiment::{Case, Experiment, Measurements};
+use crate::report::figures;
+use crate::report::heatmap::Canvas;
 use crate::report::machine::Machine;
+use crate::report::page::{Page, heat_scale};
 use crate::report::reference::Reference;
 use crate::report::results::{Results, csv};
+use crate::report::words::Words;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -37,10 +42,7 @@ impl Files {
 
     /// Where the rendered reference of a case is kept.
     pub fn reference(&self, case: &Case) -> PathBuf {
-        match case.light.as_str() {
-            "all" => self.path("reference.exr"),
-            light => self.path(&format!("reference-{}.exr", file_name(light))),
-        }
+        self.path(&format!("reference{}.exr", suffix(&case.light)))
     }
 
     fn text(&self, name: &str, text: &str) -> Result<()> {
@@ -60,11 +62,47 @@ impl Files {
         finished: bool,
     ) -> Result<()> {
         let machine = Machine::here();
-        let results =
-            Results::new(experiment, references, measured, findings, shown, &machine, command, finished);
+        let page = Page { experiment, references, measured, findings, shown, machine: &machine, command, finished };
+        self.plots(experiment, findings)?;
+        self.pictures(experiment, shown)?;
+        let results = Results::new(experiment, references, measured, findings, shown, &machine, command, finished);
         self.text("converge.csv", &csv(experiment, measured))?;
-        write_json(&self.path("converge.json"), &results)
+        write_json(&self.path("converge.json"), &results)?;
+        self.text("report.html", &page.html())
     }
+
+    /// Both plots of every case.
+    fn plots(&self, experiment: &Experiment, findings: &[Finding]) -> Result<()> {
+        for (index, case) in experiment.cases.iter().enumerate() {
+            let words = Words { experiment, findings: of_case(findings, index).collect() };
+            let [by_seconds, by_samples] = figures::plots(&words, &case.light);
+            for (plot, against) in [(by_seconds, "seconds"), (by_samples, "samples")] {
+                let name = format!("error-against-{against}{}.svg", suffix(&case.light));
+                self.text(&name, &plot.svg(true).into_string())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The pictures at equal time and their heatmaps.
+    fn pictures(&self, experiment: &Experiment, shown: &[Shown]) -> Result<()> {
+        for (index, case) in experiment.cases.iter().enumerate() {
+            let of_case: Vec<&Shown> = shown.iter().filter(|shown| shown.case == index).collect();
+            let scale = heat_scale(&of_case);
+            for shown in of_case {
+                let name = file_name(&experiment.label(shown.configuration).replace(' ', "-")) + &suffix(&case.light);
+                shown.film.save(self.path(&format!("{name}.png")))?;
+                let heatmap = Canvas::with_legend(&shown.errors, shown.film.width, scale);
+                heatmap.save(&self.path(&format!("{name}-error.png")))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What tells the files of a case from those of the whole scene.
+fn suffix(light: &str) -> String {
+    if light == "all" { String::new() } else { format!("-{}", file_name(light)) }
 }
 
 /// A name that every file system takes.

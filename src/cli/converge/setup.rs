@@ -105,7 +105,12 @@ fn cases(scene: &Scene, asked: &[String]) -> Result<Vec<Case>> {
         }
     }
     let mut seen = Vec::new();
-    names.retain(|name| !seen.contains(name) && { seen.push(name.clone()); true });
+    names.retain(|name| {
+        !seen.contains(name) && {
+            seen.push(name.clone());
+            true
+        }
+    });
     names.into_iter().map(|name| case(scene, name)).collect()
 }
 
