@@ -10,10 +10,10 @@ use super::experiment::{Budget, Case, Experiment, Measurements};
 use super::figures;
 use super::heatmap::{Canvas, Scale};
 use super::machine::Machine;
-use super::plot;
+use super::plot::{self, Layout, Plot};
 use super::reference::{Reference, Source};
 use super::results::noise;
-use super::words::{Words, last_error, percent, seconds, significant};
+use super::words::{Words, last_error, percent, seconds, significant, target};
 use crate::settings::Strategy;
 
 /// What a page is made of.
@@ -48,7 +48,7 @@ th{color:var(--soft);font-weight:600;vertical-align:bottom}th:first-child,td:fir
 td.best{font-weight:700}td.guess{color:var(--soft);font-style:italic}tr.biased td{color:var(--soft)}\
 code,pre{font:.86em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}pre{overflow-x:auto;padding:.7rem .9rem;border:1px solid var(--rule);border-radius:6px}\
 figure{margin:1rem 0}figcaption{font-size:.86rem;color:var(--soft);max-width:44rem}\
-.wide{overflow-x:auto}.wide .plot{min-width:640px}\
+.narrow{display:none}@media (max-width:40rem){.narrow{display:block}.wide{display:none}}\
 .pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(15.5rem,1fr));gap:1.1rem}\
 .pictures figure{margin:0}.pictures .pair{display:grid;grid-template-columns:1fr 1fr;gap:2px}\
 .pictures img{width:100%;height:auto;display:block}.short li{margin:.35rem 0}dt{font-weight:700;margin-top:.7rem}dd{margin:0;max-width:44rem}\
@@ -75,6 +75,7 @@ impl Page<'_> {
                     main {
                         h1 { "Error against run time: " (name) }
                         (self.facts())
+                        (self.overview())
                         @for (index, case) in self.experiment.cases.iter().enumerate() { (self.case(index, case)) }
                         (self.method())
                     }
@@ -103,6 +104,42 @@ impl Page<'_> {
         }
     }
 
+    /// Where there are several lights: who is best under which.
+    fn overview(&self) -> Markup {
+        let cases = &self.experiment.cases;
+        if cases.len() == 1 {
+            return html! {};
+        }
+        let words: Vec<Words> = (0..cases.len()).map(|case| self.words(case)).collect();
+        let of = |case: usize, configuration: usize| {
+            words[case].findings.iter().copied().find(|finding| finding.configuration == configuration)
+        };
+        let share = |case: usize, configuration: usize| words[case].relative_efficiency(of(case, configuration)?);
+        let text = |case: usize, configuration: usize| match (of(case, configuration), share(case, configuration)) {
+            (_, Some(share)) => percent(share),
+            (Some(_), None) => "biased".to_owned(),
+            (None, _) => "–".to_owned(),
+        };
+        html! {
+            p { "Efficiency as a share of the best, by the light that is left on." }
+            div class="scroll" {
+                table {
+                    tr { th { "" } @for case in cases { th { (case.light) } } }
+                    @for configuration in 0..self.experiment.configurations.len() {
+                        tr {
+                            td class="name" { (self.experiment.label(configuration)) }
+                            @for case in 0..cases.len() {
+                                td class=[(share(case, configuration) == Some(1.0)).then_some("best")] {
+                                    (text(case, configuration))
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     fn words(&self, case: usize) -> Words<'_> {
         let findings = self.findings.iter().filter(|finding| finding.case == case).collect();
         Words { experiment: self.experiment, findings }
@@ -121,7 +158,7 @@ impl Page<'_> {
             }
             ul class="short" { @for sentence in words.in_short() { li { (sentence) } } }
             figure {
-                div class="wide" { (by_seconds.svg(false)) }
+                (plotted(&by_seconds))
                 figcaption {
                     "Relative error (root of relMSE) against CPU seconds of all threads together. Bars and bands are 95 % \
                      intervals; lines are fits, and the number behind a name is the fitted slope: −0.5 is the law of random \
@@ -129,7 +166,7 @@ impl Page<'_> {
                 }
             }
             figure {
-                div class="wide" { (by_samples.svg(false)) }
+                (plotted(&by_samples))
                 figcaption { "The same against samples a pixel: what a sample is worth, whatever it costs." }
             }
             h3 { "How they compare" }
@@ -246,6 +283,14 @@ impl Page<'_> {
     }
 }
 
+/// A plot for a desk and for a phone; the width of the page decides which is seen.
+fn plotted(plot: &Plot) -> Markup {
+    html! {
+        div class="wide" { (plot.svg(Layout::WIDE)) }
+        div class="narrow" { (plot.svg(Layout::NARROW)) }
+    }
+}
+
 /// The colours of the heatmaps of a case.
 pub fn heat_scale(shown: &[&Shown]) -> Scale {
     let all: Vec<f64> = shown.iter().flat_map(|shown| shown.errors.iter().copied()).collect();
@@ -282,7 +327,7 @@ fn comparison(words: &Words) -> Markup {
         div class="scroll" {
             table {
                 tr {
-                    th { "" } th { "efficiency" br; "of the best" } th { "efficiency" } th { "error" br; "at most samples" }
+                    th { "" } th { "efficiency" br; "of the best" } th { "efficiency" } th { "error at the" br; "largest budget" }
                     th { "CPU time" br; "for it" } th { "slope of MSE" br; "(95 %)" } th { "bias" } th { "z" } th { "lanes" br; "used" }
                 }
                 @for finding in &words.findings {
@@ -322,7 +367,7 @@ fn prices(words: &Words) -> Markup {
     html! {
         div class="scroll" {
             table {
-                tr { th { "" } @for target in &targets { th { (percent(*target)) } } }
+                tr { th { "" } @for error in &targets { th { (target(*error)) } } }
                 @for finding in &words.findings {
                     tr class=[finding.biased.then_some("biased")] {
                         td class="name" { (words.label(finding)) }

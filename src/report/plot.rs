@@ -47,12 +47,37 @@ pub struct Plot {
     pub series: Vec<Series>,
 }
 
-const WIDTH: f64 = 960.0;
-const HEIGHT: f64 = 560.0;
+/// How much room a plot has, in its own units; text is 13 of them high.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layout {
+    width: f64,
+    height: f64,
+    /// Right of the drawing, for the names.
+    names: f64,
+    /// Brings its own styles and ground, as a file by itself needs them.
+    alone: bool,
+}
+
+impl Layout {
+    /// In a page on a desk.
+    pub const WIDE: Layout = Layout { width: 960.0, height: 560.0, names: 240.0, alone: false };
+    /// In a page on a phone.
+    pub const NARROW: Layout = Layout { width: 430.0, height: 430.0, names: 158.0, alone: false };
+    /// A file by itself.
+    pub const FILE: Layout = Layout { alone: true, ..Layout::WIDE };
+
+    fn right(self) -> f64 {
+        self.width - self.names
+    }
+    fn bottom(self) -> f64 {
+        self.height - 50.0
+    }
+}
+
 const LEFT: f64 = 66.0;
-const RIGHT: f64 = 240.0;
 const TOP: f64 = 34.0;
-const BOTTOM: f64 = 50.0;
+/// Units a decade needs for labels at 2 and 5 in it.
+const ROOMY_DECADE: f64 = 140.0;
 /// Least distance of two labels.
 const LABEL_STEP: f64 = 18.0;
 
@@ -115,9 +140,9 @@ impl Axis {
         self.start + share.clamp(-0.5, 1.5) * (self.end - self.start)
     }
 
-    /// Ticks and whether they are labelled: decades, and 2 and 5 between them where there are few.
+    /// Ticks and whether they are labelled: decades, and 2 and 5 between them where there is room.
     fn ticks(self) -> Vec<(f64, bool)> {
-        let dense = self.high - self.low < 2.2;
+        let dense = (self.end - self.start).abs() / (self.high - self.low) > ROOMY_DECADE;
         let mut ticks = Vec::new();
         for decade in self.low.floor() as i32..=self.high.ceil() as i32 {
             for step in 1..10 {
@@ -150,30 +175,31 @@ fn path(points: impl Iterator<Item = (f64, f64)>) -> String {
 }
 
 impl Plot {
-    /// The plot as an `svg` element. With `alone` it brings its own styles and ground, as a file by itself needs them.
-    pub fn svg(&self, alone: bool) -> Markup {
+    /// The plot as an `svg` element.
+    pub fn svg(&self, layout: Layout) -> Markup {
         let marks = || self.series.iter().flat_map(|series| series.marks.iter());
-        let x = Axis::around(marks().map(|mark| mark.x), LEFT, WIDTH - RIGHT);
-        let y = Axis::around(marks().map(|mark| mark.y), HEIGHT - BOTTOM, TOP);
+        let x = Axis::around(marks().map(|mark| mark.x), LEFT, layout.right());
+        let y = Axis::around(marks().map(|mark| mark.y), layout.bottom(), TOP);
         let style = format!("svg{{{LIGHT}}}@media (prefers-color-scheme:dark){{svg{{{DARK}}}}}{STYLE}");
-        let (width, height) = (alone.then_some(WIDTH), alone.then_some(HEIGHT));
+        let Layout { width, height, alone, .. } = layout;
+        let (fixed_width, fixed_height) = (alone.then_some(width), alone.then_some(height));
         html! {
-            svg class="plot" xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {WIDTH} {HEIGHT}"))
-                width=[width] height=[height] role="img" aria-label=(self.title) {
+            svg class="plot" xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}"))
+                width=[fixed_width] height=[fixed_height] role="img" aria-label=(self.title) {
                 title { (self.title) }
                 @if alone {
                     style { (PreEscaped(style)) }
                     rect width="100%" height="100%" style="fill:var(--paper)" {}
                 }
-                (self.axes(x, y))
+                (self.axes(layout, x, y))
                 @for series in &self.series { (draw(series, x, y)) }
-                (self.labels(x, y))
+                (self.labels(layout, x, y))
             }
         }
     }
 
-    fn axes(&self, x: Axis, y: Axis) -> Markup {
-        let (bottom, right) = (HEIGHT - BOTTOM, WIDTH - RIGHT);
+    fn axes(&self, layout: Layout, x: Axis, y: Axis) -> Markup {
+        let (bottom, right) = (layout.bottom(), layout.right());
         html! {
             @for (value, labelled) in x.ticks() {
                 @let px = at(x.position(value));
@@ -192,19 +218,19 @@ impl Plot {
                 path class="axis" d=(format!("M{LEFT} {py}h-{}", if labelled { 5 } else { 3 })) {}
             }
             path class="axis" d=(format!("M{LEFT} {TOP}V{bottom}H{right}")) {}
-            text x=(at((LEFT + right) / 2.0)) y=(at(HEIGHT - 8.0)) text-anchor="middle" { (self.x_label) }
+            text x=(at((LEFT + right) / 2.0)) y=(at(bottom + 42.0)) text-anchor="middle" { (self.x_label) }
             text x="4" y="16" { (self.y_label) }
         }
     }
 
     /// Names at the ends of their lines, pushed apart where they would touch, each with its marker.
-    fn labels(&self, x: Axis, y: Axis) -> Markup {
+    fn labels(&self, layout: Layout, x: Axis, y: Axis) -> Markup {
         let end = |series: &Series| series.marks.last().map(|mark| (x.position(mark.x), y.position(mark.y)));
         let mut ends: Vec<(usize, f64, f64)> =
             self.series.iter().enumerate().filter_map(|(i, series)| end(series).map(|(px, py)| (i, px, py))).collect();
         ends.sort_by(|a, b| a.2.total_cmp(&b.2));
-        let places = spread(&ends.iter().map(|end| end.2).collect::<Vec<_>>(), TOP, HEIGHT - BOTTOM);
-        let left = WIDTH - RIGHT + 18.0;
+        let places = spread(&ends.iter().map(|end| end.2).collect::<Vec<_>>(), TOP, layout.bottom());
+        let left = layout.right() + 18.0;
         html! {
             @for (&(i, px, py), place) in ends.iter().zip(places) {
                 @let series = &self.series[i];
@@ -241,7 +267,7 @@ fn draw(series: &Series, x: Axis, y: Axis) -> Markup {
             }
             path class="fit" stroke-dasharray=(DASHES[series.style % 9]) d=(path(series.line.iter().copied().map(place))) {}
             @if let Some(level) = series.floor {
-                path class="floor" d=(format!("M{LEFT} {}H{}", at(y.position(level)), WIDTH - RIGHT)) {}
+                path class="floor" d=(format!("M{LEFT} {}H{}", at(y.position(level)), x.end)) {}
             }
             @for (vx, (low, high)) in &with_interval {
                 @let ((px, top), (_, bottom)) = (place((*vx, *high)), place((*vx, *low)));
@@ -308,7 +334,8 @@ mod tests {
         assert!(axis.position(1.0) > 0.0 && axis.position(256.0) < 100.0 && axis.position(1.0) < axis.position(2.0));
         let labels = |axis: Axis| axis.ticks().iter().filter(|tick| tick.1).map(|tick| tick.0).collect::<Vec<_>>();
         assert_eq!(labels(axis), [1.0, 10.0, 100.0]);
-        assert_eq!(labels(Axis::around([0.9, 6.0].into_iter(), 0.0, 1.0)), [1.0, 2.0, 5.0]);
+        let roomy = Axis { end: 600.0, ..axis };
+        assert_eq!(labels(roomy), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0]);
         assert!(!labels(Axis::around([].into_iter(), 0.0, 1.0)).is_empty());
         assert_eq!([0.01, 0.002, 100.0, 20000.0, 1e7].map(number), ["0.01", "0.002", "100", "20000", "1e7"]);
     }
@@ -327,10 +354,11 @@ mod tests {
         let axis = |text: &str| text.to_owned();
         let title = axis("error <&> time");
         let plot = Plot { title, x_label: axis("x"), y_label: axis("y"), series: (0..9).map(series).collect() };
-        let text = plot.svg(true).into_string();
+        let text = plot.svg(Layout::FILE).into_string();
         let tree = roxmltree::Document::parse(&text).unwrap();
         assert_eq!(tree.root_element().tag_name().name(), "svg");
-        let texts: Vec<&str> = tree.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect();
+        let texts: Vec<&str> =
+            tree.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect();
         assert_eq!(texts.iter().filter(|text| text.contains("a <b> & \"c\"")).count(), 9);
         let shapes: std::collections::HashSet<_> =
             MARKERS.iter().zip(DASHES).map(|(marker, dash)| format!("{marker:?}{dash}")).collect();

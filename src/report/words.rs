@@ -31,18 +31,24 @@ pub fn significant(value: f64, digits: i32) -> String {
 
 /// A share in per cent.
 pub fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, if share.abs() < 0.1 { 2 } else { 3 }))
+    format!("{}\u{a0}%", significant(100.0 * share, if share.abs() < 0.1 { 2 } else { 3 }))
+}
+
+/// An error that was asked for, in per cent, without zeros behind the point.
+pub fn target(error: f64) -> String {
+    format!("{}\u{a0}%", (error * 1e6).round() / 1e4)
 }
 
 /// Seconds in the unit a person would use.
 pub fn seconds(value: f64) -> String {
-    match value {
-        v if v < 0.001 => format!("{} ms", significant(v * 1e3, 2)),
-        v if v < 180.0 => format!("{} s", significant(v, 2)),
-        v if v < 10_800.0 => format!("{} min", significant(v / 60.0, 2)),
-        v if v < 259_200.0 => format!("{} h", significant(v / 3600.0, 2)),
-        v => format!("{} days", significant(v / 86_400.0, 2)),
-    }
+    let (unit, name) = match value {
+        v if v < 0.001 => (1e-3, "ms"),
+        v if v < 180.0 => (1.0, "s"),
+        v if v < 10_800.0 => (60.0, "min"),
+        v if v < 259_200.0 => (3600.0, "h"),
+        _ => (86_400.0, "days"),
+    };
+    format!("{}\u{a0}{name}", significant(value / unit, 2))
 }
 
 /// "(95 %: 1.2 to 3.4)", or nothing.
@@ -99,8 +105,7 @@ impl Words<'_> {
             && let Some(cpu_seconds) = price.cpu_seconds
         {
             let foreseen = if price.extrapolated { "would take" } else { "takes" };
-            text +=
-                &format!("{foreseen} {} of CPU time for an error of {}", seconds(cpu_seconds), percent(price.error));
+            text += &format!("{foreseen} {} of CPU time for an error of {}", seconds(cpu_seconds), target(price.error));
         }
         match self.relative_efficiency(finding) {
             Some(share) if share >= 1.0 => text += ", the least of all. ",
@@ -227,7 +232,7 @@ mod tests {
             ["1.2", "10", "120", "0.012", "-5.7"]
         );
         assert_eq!([0.0, 1e9, 3.0e-7].map(|v| significant(v, 2)), ["0", "1.0e9", "3.0e-7"]);
-        assert_eq!([0.0213, 0.3335, 1.5].map(percent), ["2.1 %", "33.4 %", "150 %"]);
+        assert_eq!([0.0213, 0.3335, 1.5].map(percent), ["2.1\u{a0}%", "33.4\u{a0}%", "150\u{a0}%"]);
         assert_eq!(
             [0.00021, 0.5, 61.0, 300.0, 20000.0, 1e6].map(seconds),
             ["0.21 ms", "0.50 s", "61 s", "5.0 min", "5.6 h", "12 days"]

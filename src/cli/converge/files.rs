@@ -11,6 +11,7 @@ use crate::report::figures;
 use crate::report::heatmap::Canvas;
 use crate::report::machine::Machine;
 use crate::report::page::{Page, heat_scale};
+use crate::report::plot::Layout;
 use crate::report::reference::Reference;
 use crate::report::results::{Results, csv};
 use crate::report::words::Words;
@@ -78,7 +79,7 @@ impl Files {
             let [by_seconds, by_samples] = figures::plots(&words, &case.light);
             for (plot, against) in [(by_seconds, "seconds"), (by_samples, "samples")] {
                 let name = format!("error-against-{against}{}.svg", suffix(&case.light));
-                self.text(&name, &plot.svg(true).into_string())?;
+                self.text(&name, &plot.svg(Layout::FILE).into_string())?;
             }
         }
         Ok(())
