@@ -65,7 +65,7 @@ fn nothing_imports_upwards() {
         &["render"],
         &["packet", "reference"],
         &["setup", "stats", "trace", "scene", "bvh", "film", "image", "camera"],
-        &["settings", "sampler", "lanes", "math", "color", "error", "clock"],
+        &["settings", "sampler", "lanes", "math", "color", "error", "clock", "fingerprint"],
     ];
     let layer = |name: &str| layers.iter().position(|rooms| rooms.contains(&name));
     for (path, text) in all() {

@@ -142,9 +142,12 @@ fn numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
     parsed.ok_or_else(|| format!("give {N} whole numbers with commas between them"))
 }
 
-/// Flags whose meaning is settled and whose code is not there yet.
-pub fn later(_: &str) -> Result<f64, String> {
-    Err("this flag is not in this version yet; use --spp or --time".into())
+/// A relative error: a share (`0.01`) or per cent (`1%`), above 0.
+pub fn relative_error(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let error = number.trim().parse::<f64>().ok().map(|number| number * unit);
+    let valid = |error: &f64| *error > 0.0 && error.is_finite();
+    error.filter(valid).ok_or_else(|| "give an error above 0, as 0.01 or 1%".into())
 }
 
 #[cfg(test)]
@@ -161,6 +164,10 @@ mod tests {
         }
         assert_eq!(seconds("0.5"), Ok(Duration::from_millis(500)));
         assert_eq!(exposure("-1.5"), Ok(-1.5));
+        assert_eq!((relative_error("0.02"), relative_error("2 %")), (Ok(0.02), Ok(0.02)));
+        for text in ["0", "-1", "nan", "inf", "%", "", "0%", "1 percent"] {
+            assert!(relative_error(text).is_err(), "{text}");
+        }
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod interrupt;
 mod output;
 mod progress;
 mod render;
+mod resume;
 mod stats;
 mod trace;
 

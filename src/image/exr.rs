@@ -1,4 +1,5 @@
-//! OpenEXR: f32 radiance in `R,G,B`, the variance of each pixel's mean in `variance.R,G,B`, settings in the header.
+//! OpenEXR: f32 radiance in `R,G,B`, the variance of each pixel's mean in `variance.R,G,B` (where it is known), settings
+//! in the header.
 //!
 //! Settings go into the standard attribute `comments`, one `key = value` a line, and not into attributes of their own: the
 //! `exr` crate keeps those in a hash map and writes them in a different order every time. No compression: noise in f32

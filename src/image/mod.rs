@@ -8,6 +8,8 @@ mod exr;
 mod hdr;
 mod pfm;
 mod png;
+pub mod sealed;
+pub mod unfinished;
 
 use crate::error::{Error, Result};
 use crate::film::Film;
@@ -83,7 +85,8 @@ impl Film {
             width: self.width,
             height: self.height,
             pixels: places().map(|(x, y)| self.mean(x, y)).collect(),
-            variance: Some(places().map(|(x, y)| self.variance(x, y)).collect()),
+            // Where the error is not known, no figure says that it is 0.
+            variance: (self.spp > 1).then(|| places().map(|(x, y)| self.variance(x, y)).collect()),
             metadata: self.metadata.clone(),
         }
     }

@@ -3,12 +3,15 @@
 //! Runs are interleaved (for repeat, for budget, for scene, for configuration), so that a slow moment of the machine hits
 //! all alike. No two runs of one configuration share a random number: every (repeat, budget) has a seed of its own.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::image::Image;
+use crate::error::Result;
+use crate::fingerprint::Fingerprint;
+use crate::image::{Image, sealed};
 use crate::render::render_with;
 use crate::report::measure::{Measured, Pool, Region, measure};
 use crate::report::reference::Reference;
@@ -102,6 +105,7 @@ pub struct Measurements {
     pub pools: Vec<Vec<Pool>>,
 }
 
+const MAGIC: &str = "octray unfinished converge, version 1";
 /// The seeds of runs start here above `--seed`, those of references half the range away.
 const FIRST_RUN: u32 = 1;
 /// Seeds of the reference's parts lie this far from the runs'.
@@ -138,6 +142,39 @@ impl Experiment {
         let pixels = self.pixels();
         let pools = self.cases.iter().map(|_| self.configurations.iter().map(|_| Pool::new(pixels)).collect());
         Measurements { runs: Vec::new(), pools: pools.collect() }
+    }
+
+    /// What decides the runs, as text, except for how many repeats there are: those only go on.
+    fn key(&self, references: &[Reference]) -> String {
+        let scenes: Vec<u64> = self.cases.iter().map(|case| super::fingerprint::scene(&case.desc)).collect();
+        let mut truth = Fingerprint::default();
+        references.iter().for_each(|reference| truth.bytes(bytemuck::cast_slice(&reference.image.pixels)));
+        let version = env!("CARGO_PKG_VERSION");
+        let varied = (&self.configurations, &self.budgets, &self.settings, &self.regions);
+        format!("{version} {scenes:?} {:016x} {varied:?}", truth.value())
+    }
+
+    /// Keeps what has been measured in `path`, so that the same experiment can go on.
+    ///
+    /// # Errors
+    /// [`crate::Error::Write`].
+    pub fn keep(&self, references: &[Reference], done: &Measurements, path: &Path) -> Result<()> {
+        let numbers = done.pools.iter().flatten().flat_map(Pool::numbers);
+        sealed::write(path, MAGIC, &(self.key(references), &done.runs), numbers)
+    }
+
+    /// What an interrupted call of the same experiment has kept in `path`; `None` if that is of another one, or damaged.
+    pub fn kept(&self, references: &[Reference], path: &Path) -> Option<Measurements> {
+        let (header, numbers) = sealed::read::<(String, Vec<Run>)>(path, MAGIC).ok()??;
+        let (key, runs) = header;
+        let each = Pool::count_of_numbers(self.pixels());
+        let (cases, configurations) = (self.cases.len(), self.configurations.len());
+        if key != self.key(references) || runs.len() > self.run_count() {
+            return None;
+        }
+        let pools: Vec<Pool> = numbers.chunks(each).map(Pool::from_numbers).collect();
+        (numbers.len() == each * cases * configurations)
+            .then(|| Measurements { runs, pools: pools.chunks(configurations).map(<[Pool]>::to_vec).collect() })
     }
 
     /// The film's size.

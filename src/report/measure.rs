@@ -128,6 +128,25 @@ impl Pool {
         }
     }
 
+    /// Everything in it, as numbers; see [`Pool::from_numbers`].
+    pub fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let sums = self.sum.iter().chain(&self.variance).flatten().copied();
+        std::iter::once(self.samples).chain(sums)
+    }
+
+    /// How many numbers a pool of so many pixels has.
+    pub fn count_of_numbers(pixels: usize) -> usize {
+        1 + 6 * pixels
+    }
+
+    /// The pool that [`Pool::numbers`] told, of [`Pool::count_of_numbers`] of them.
+    pub fn from_numbers(numbers: &[f64]) -> Pool {
+        let (samples, rest) = numbers.split_first().unwrap_or((&0.0, &[]));
+        let (sum, variance) = rest.split_at(rest.len() / 2);
+        let (sum, variance) = (sum.as_chunks().0.to_vec(), variance.as_chunks().0.to_vec());
+        Pool { samples: *samples, sum, variance }
+    }
+
     /// Samples a pixel in it.
     pub fn samples(&self) -> f64 {
         self.samples
@@ -219,6 +238,9 @@ mod tests {
         pool.add(&one(1.0, 0.5), 2);
         pool.add(&one(3.0, 0.25), 6);
         let image = pool.image(1, 1).unwrap();
+        let again = Pool::from_numbers(&pool.numbers().collect::<Vec<_>>());
+        assert_eq!(again.image(1, 1), Some(image.clone()));
+        assert_eq!(pool.numbers().count(), Pool::count_of_numbers(1));
         assert_eq!((image.pixels[0], pool.samples()), ([2.5; 3], 8.0));
         assert_eq!(image.variance.unwrap()[0], [(4.0 * 0.5 + 36.0 * 0.25) / 64.0; 3]);
     }

@@ -179,7 +179,9 @@ impl Plot {
     pub fn svg(&self, layout: Layout) -> Markup {
         let marks = || self.series.iter().flat_map(|series| series.marks.iter());
         let x = Axis::around(marks().map(|mark| mark.x), LEFT, layout.right());
-        let y = Axis::around(marks().map(|mark| mark.y), layout.bottom(), TOP);
+        // Intervals too, but not so wide that they push the points together.
+        let ends = |mark: &Mark| mark.interval.map_or([mark.y; 2], |(a, b)| [a.max(mark.y / 2.0), b.min(mark.y * 2.0)]);
+        let y = Axis::around(marks().flat_map(|mark| ends(mark)), layout.bottom(), TOP);
         let style = format!("svg{{{LIGHT}}}@media (prefers-color-scheme:dark){{svg{{{DARK}}}}}{STYLE}");
         let Layout { width, height, alone, .. } = layout;
         let (fixed_width, fixed_height) = (alone.then_some(width), alone.then_some(height));

@@ -2,6 +2,7 @@
 
 use super::of_case;
 use crate::cli::output::write_json;
+use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::atomic;
 use crate::report::analysis::Finding;
@@ -44,6 +45,21 @@ impl Files {
     /// Where the rendered reference of a case is kept.
     pub fn reference(&self, case: &Case) -> PathBuf {
         self.path(&format!("reference{}.exr", suffix(&case.light)))
+    }
+
+    /// Where an interrupted call keeps its runs.
+    pub fn unfinished(&self) -> PathBuf {
+        self.path("converge.unfinished")
+    }
+
+    /// Removes what an interrupted call has kept, now that all is done.
+    pub fn remove_unfinished(&self) {
+        let path = self.unfinished();
+        if path.exists()
+            && let Err(error) = fs::remove_file(&path)
+        {
+            warn(&format!("{}: no longer needed, and cannot be removed: {error}", path.display()));
+        }
     }
 
     fn text(&self, name: &str, text: &str) -> Result<()> {

@@ -99,7 +99,19 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
         warn("stopped before there was a reference: nothing was measured; run the same command again");
         return Ok(1);
     };
-    let mut measured = experiment.start();
+    let unfinished = files.unfinished();
+    let mut measured = match experiment.kept(&references, &unfinished) {
+        Some(kept) => {
+            warn(&format!("going on from {} with {} runs", unfinished.display(), kept.runs.len()));
+            kept
+        }
+        None => {
+            if unfinished.exists() {
+                warn(&format!("{}: of other runs, or damaged: starting anew", unfinished.display()));
+            }
+            experiment.start()
+        }
+    };
     let finished = experiment.run(&references, &mut measured, &stop, &|done| told.run(done, &experiment));
     let findings = analyze(&experiment, &references, &measured);
     // A second wish to stop would end the program: after the first, what there is is written without new pictures.
@@ -114,10 +126,16 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
     let finished = finished && !stop.load(Ordering::Relaxed);
     if !finished {
         let (done, of) = (measured.runs.len(), experiment.run_count());
-        warn(&format!("stopped after {done} of {of} runs: the report holds these"));
+        experiment.keep(&references, &measured, &unfinished)?;
+        warn(&format!(
+            "stopped after {done} of {of} runs: the report holds these, and the same command goes on from there"
+        ));
     }
     let command = setup::command();
     files.write(&experiment, &references, &measured, &findings, &shown, &command, finished)?;
+    if finished {
+        files.remove_unfinished();
+    }
     if !args.quiet {
         print(&told::summary(&experiment, &findings, &args.out))?;
     }

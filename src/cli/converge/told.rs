@@ -5,6 +5,7 @@ use crate::cli::output::table;
 use crate::report::analysis::Finding;
 use crate::report::experiment::Experiment;
 use crate::report::reference::PARTS;
+use crate::report::words::significant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::Path;
@@ -66,7 +67,7 @@ pub fn summary(experiment: &Experiment, findings: &[Finding], out: &Path) -> Str
         let mut rows = vec![head.map(str::to_owned).to_vec()];
         for finding in of_case(findings, index) {
             let Some(last) = finding.points.last() else { continue };
-            let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+            let percent = |share: f64| format!("{} %", significant(100.0 * share, 3));
             let dash = || "-".to_owned();
             let slope = finding.mse_by_samples.map_or_else(dash, |fit| match fit.slope_interval {
                 Some(interval) => format!("{:.3} ({:.3} to {:.3})", fit.law.slope, interval.low, interval.high),
