@@ -8,12 +8,15 @@ use crate::report::heatmap::{Canvas, Scale};
 use crate::report::metrics::{Fault, Metrics, compare, relative_errors};
 use std::path::{Path, PathBuf};
 
+/// Printed below the flags.
+const DEFINITIONS: &str = "\
+Sums run over all pixels and channels, in linear Rec.709. mse: mean of (a-b)^2; relmse: mean of (a-b)^2 / (b^2 + 0.01); \
+mape: mean of |a-b| / (|b| + 0.01); bias_z: difference of the mean values over its standard error, from the variance layers \
+of EXR files. If B has such layers, its noise is subtracted from mse and relmse.";
+
 /// Flags of `octray diff`.
-///
-/// Sums run over all pixels and channels, in linear Rec.709: mse = mean of (a-b)^2, relmse = mean of (a-b)^2 / (b^2 + 0.01),
-/// mape = mean of |a-b| / (|b| + 0.01), bias_z = difference of the mean values over its standard error (needs the variance
-/// layers of an EXR). If B has variance layers, its noise is subtracted from mse and relmse.
 #[derive(clap::Args)]
+#[command(after_help = DEFINITIONS)]
 pub struct DiffArgs {
     /// The picture to judge: .exr, .pfm, .hdr or .png
     a: PathBuf,

@@ -102,6 +102,19 @@ pub struct Price {
     pub extrapolated: bool,
 }
 
+/// Whether a configuration's expected picture is the reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The bias is less than 5 standard errors from 0.
+    Unbiased,
+    /// It is further.
+    Biased,
+    /// It is further and dark, of a strategy that is exact, and fewer than a tenth of the pixels carry the noise: rare bright
+    /// samples that no run has met look like that. What no sample has found, no standard error knows.
+    Undersampled,
+}
+
 /// What was found of one configuration in one case.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
@@ -121,7 +134,7 @@ pub struct Finding {
     pub law: Option<Law>,
     /// CPU seconds by sample a pixel, at the largest budget.
     pub cpu_seconds_by_sample: f64,
-    /// 1 / (relMSE x CPU seconds) at the largest budget; `null` for biased pictures.
+    /// 1 / (relMSE x CPU seconds) at the largest budget; `null` unless the verdict is [`Verdict::Unbiased`].
     pub efficiency: Option<f64>,
     /// 95 % interval of `efficiency` from the error; CPU seconds count as known.
     pub efficiency_interval: Option<Interval>,
@@ -133,8 +146,13 @@ pub struct Finding {
     pub bias_se: f64,
     /// `bias / bias_se`.
     pub bias_z: f64,
-    /// The bias is further than 5 standard errors from 0.
+    /// Whether the picture is expected to be the reference.
+    pub verdict: Verdict,
+    /// `verdict` is [`Verdict::Biased`].
     pub biased: bool,
+    /// How many pixels would carry the noise of all runs together if all had the same: (sum v)^2 / sum v^2 of variances v.
+    /// Few of many: rare bright samples rule, and standard errors cannot be relied on.
+    pub effective_pixels: f64,
     /// relMSE of all runs' pictures together less their noise: the squared relative bias of the pixels.
     pub floor: f64,
     /// What [`TARGETS`] cost.
@@ -152,15 +170,16 @@ pub fn analyze(experiment: &Experiment, references: &[Reference], measured: &Mea
             let runs: Vec<&Run> = measured.runs.iter().filter(of).collect();
             if !runs.is_empty() {
                 let pool = &measured.pools[case][configuration];
-                findings.push(find(&experiment.budgets, &runs, pool, &reference.image));
+                let exact = !experiment.configurations[configuration].strategy.is_biased();
+                findings.push(find(&experiment.budgets, &runs, pool, &reference.image, exact));
             }
         }
     }
     findings
 }
 
-/// The finding of one configuration's runs.
-fn find(budgets: &[Budget], runs: &[&Run], pool: &Pool, reference: &Image) -> Finding {
+/// The finding of one configuration's runs; `exact`: by design, its expected picture is the truth.
+fn find(budgets: &[Budget], runs: &[&Run], pool: &Pool, reference: &Image, exact: bool) -> Finding {
     let groups = (0..budgets.len()).map(|budget| runs.iter().filter(|run| run.budget == budget).copied().collect());
     let groups: Vec<Vec<&Run>> = groups.filter(|group: &Vec<&Run>| !group.is_empty()).collect();
     let group_replicates = |tiles: fn(&Run) -> &[f64], stream: u32| -> Vec<Option<Vec<f64>>> {
@@ -181,13 +200,18 @@ fn find(budgets: &[Budget], runs: &[&Run], pool: &Pool, reference: &Image) -> Fi
         fit(&usable.collect::<Vec<_>>())
     };
     let relmse_by_samples = fit_of(|p| p.spp, |p| p.relmse, &relmse_replicates);
-    let bias = bias_of(pool, runs, reference);
-    let biased = bias.score().abs() > BIAS_Z;
+    let bias = bias_of(pool, &groups, reference);
+    let verdict = match bias.score() {
+        z if z.abs() <= BIAS_Z => Verdict::Unbiased,
+        z if z < 0.0 && exact && bias.effective_pixels < 0.1 * reference.pixels.len() as f64 => Verdict::Undersampled,
+        _ => Verdict::Biased,
+    };
+    let biased = verdict == Verdict::Biased;
     let law = law_of(&points, relmse_by_samples.as_ref(), biased.then_some(bias.floor));
     let last = &points[points.len() - 1];
     let last_runs = &groups[groups.len() - 1];
     let efficiency = |relmse: f64| (relmse * last.cpu_seconds).recip();
-    let known = !biased && last.relmse > 0.0;
+    let known = verdict == Verdict::Unbiased && last.relmse > 0.0;
     let cpu_seconds_by_sample = last.cpu_seconds / last.spp;
     let region = |i: usize| {
         let values: Vec<f64> = last_runs.iter().map(|run| run.error.regions[i]).collect();
@@ -210,7 +234,9 @@ fn find(budgets: &[Budget], runs: &[&Run], pool: &Pool, reference: &Image) -> Fi
         relative_bias: bias.mean / bias.reference_mean,
         bias_se: bias.standard_error,
         bias_z: bias.score(),
+        verdict,
         biased,
+        effective_pixels: bias.effective_pixels,
         floor: bias.floor,
         prices: prices(law, &points, cpu_seconds_by_sample),
         regions: (0..last_runs[0].error.regions.len()).map(region).collect(),
@@ -247,6 +273,7 @@ struct Bias {
     standard_error: f64,
     reference_mean: f64,
     floor: f64,
+    effective_pixels: f64,
 }
 
 impl Bias {
@@ -255,22 +282,28 @@ impl Bias {
     }
 }
 
-/// The bias of all runs together. Without a pool (one sample a pixel everywhere) the runs' own figures are combined.
-fn bias_of(pool: &Pool, runs: &[&Run], reference: &Image) -> Bias {
+/// The bias of all runs together. Its standard error is the larger of two: what the runs know of their own variance, and
+/// how far repeats are apart; the reference's noise comes on top. Without a pool (one sample a pixel everywhere) the runs'
+/// own figures are combined.
+fn bias_of(pool: &Pool, groups: &[Vec<&Run>], reference: &Image) -> Bias {
     let pixels = reference.pixels.len() as f64;
     let reference_mean = reference.pixels.iter().flatten().map(|v| *v as f64).sum::<f64>() / (3.0 * pixels);
     let Some(pooled) = pool.image(reference.width, reference.height) else {
-        let biases: Vec<f64> = runs.iter().map(|run| run.error.bias).collect();
-        let squares: f64 = runs.iter().map(|run| run.error.bias_se.powi(2)).sum();
-        let standard_error = squares.sqrt() / runs.len() as f64;
-        return Bias { mean: mean(&biases), standard_error, reference_mean, floor: 0.0 };
+        let runs = || groups.iter().flatten();
+        let biases: Vec<f64> = runs().map(|run| run.error.bias).collect();
+        let squares: f64 = runs().map(|run| run.error.bias_se.powi(2)).sum();
+        let standard_error = squares.sqrt() / biases.len() as f64;
+        return Bias { mean: mean(&biases), standard_error, reference_mean, floor: 0.0, effective_pixels: pixels };
     };
-    let (mut bias, mut variance, mut floor) = (0.0, 0.0, 0.0);
+    let (mut bias, mut floor, mut own_sum, mut own_squares, mut theirs_sum) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let none = [0.0; 3];
     for (i, (a, b)) in pooled.pixels.iter().zip(&reference.pixels).enumerate() {
         let own = pooled.variance.as_ref().map_or(none, |v| v[i]);
         let theirs = reference.variance.as_ref().map_or(none, |v| v[i]);
-        variance += variance_of_channel_mean(&own) + variance_of_channel_mean(&theirs);
+        let own_variance = variance_of_channel_mean(&own);
+        own_sum += own_variance;
+        own_squares += own_variance * own_variance;
+        theirs_sum += variance_of_channel_mean(&theirs);
         for c in 0..3 {
             let (value, truth) = (a[c] as f64, b[c] as f64);
             bias += (value - truth) / 3.0;
@@ -278,12 +311,27 @@ fn bias_of(pool: &Pool, runs: &[&Run], reference: &Image) -> Bias {
             floor += ((value - truth).powi(2) - noise) / (truth * truth + FLOOR) / 3.0;
         }
     }
+    let own = (own_sum / (pixels * pixels)).max(variance_by_repeats(groups));
     Bias {
         mean: bias / pixels,
-        standard_error: variance.sqrt() / pixels,
+        standard_error: (own + theirs_sum / (pixels * pixels)).sqrt(),
         reference_mean,
         floor: (floor / pixels).max(0.0),
+        effective_pixels: if own_squares > 0.0 { own_sum * own_sum / own_squares } else { pixels },
     }
+}
+
+/// The variance of the mean of a pool, from how far the biases of equally long runs are apart.
+fn variance_by_repeats(groups: &[Vec<&Run>]) -> f64 {
+    let (mut squares, mut samples) = (0.0, 0.0);
+    // Runs of one sample a pixel are not in the pool.
+    for group in groups.iter().filter(|group| group[0].spp > 1) {
+        let biases: Vec<f64> = group.iter().map(|run| run.error.bias).collect();
+        let spp: f64 = group.iter().map(|run| run.spp as f64).sum::<f64>();
+        squares += (spp * deviation(&biases)).powi(2) / group.len() as f64;
+        samples += spp;
+    }
+    if samples > 0.0 { squares / (samples * samples) } else { 0.0 }
 }
 
 /// The law that predicts errors: with a floor if the picture is biased; -1 as the exponent unless the measured slope
@@ -333,7 +381,7 @@ fn prices(law: Option<Law>, points: &[Point], cpu_seconds_by_sample: f64) -> Vec
 /// How many times the samples of `other` it takes `this` to reach the error that `other` has at its largest budget, with
 /// its 95 % interval; `None` where one of them is biased.
 pub fn sample_ratio(this: &Finding, other: &Finding) -> Option<(f64, Option<Interval>)> {
-    if this.biased || other.biased {
+    if this.verdict != Verdict::Unbiased || other.verdict != Verdict::Unbiased {
         return None;
     }
     let (last, own) = (other.points.last()?, this.points.last()?);

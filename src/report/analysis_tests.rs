@@ -56,7 +56,7 @@ fn finding(mean: f64, variance: f64, stream: u32) -> Finding {
         }
     }
     let runs: Vec<&Run> = runs.iter().collect();
-    find(&spps.map(Budget::Spp), &runs, &pool, &reference)
+    find(&spps.map(Budget::Spp), &runs, &pool, &reference, true)
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) {
@@ -101,6 +101,42 @@ fn a_biased_estimator_is_caught_and_levels_off() {
 }
 
 #[test]
+fn rare_bright_samples_that_nobody_has_met_are_told_from_bias() {
+    // Half of the light comes in samples so rare that no run met them: what is left is calm but for one pixel.
+    let reference = picture(1.0, 0.0, 1, 7);
+    let mut pool = Pool::new((SIDE * SIDE) as usize);
+    let image = |seed: u32| {
+        let mut image = picture(0.5, 1e-6, 16, seed);
+        image.pixels[5] = [3.0; 3];
+        image.variance.as_mut().unwrap()[5] = [6.0; 3];
+        image
+    };
+    let images = [image(1), image(2)];
+    images.iter().for_each(|image| pool.add(image, 16));
+    let runs = [0, 1].map(|repeat| run(&images[repeat as usize], &reference, 0, repeat, 16));
+    let runs: Vec<&Run> = runs.iter().collect();
+    let verdict = |exact: bool| {
+        let found = find(&[Budget::Spp(16)], &runs, &pool, &reference, exact);
+        assert!(found.bias_z < -BIAS_Z && found.effective_pixels < 1.1 && found.efficiency.is_none());
+        found.verdict
+    };
+    assert_eq!((verdict(true), verdict(false)), (Verdict::Undersampled, Verdict::Biased));
+}
+
+#[test]
+fn repeats_that_are_far_apart_widen_the_standard_error() {
+    let reference = picture(1.0, 0.0, 1, 7);
+    let images = [picture(1.1, 1e-4, 16, 1), picture(0.9, 1e-4, 16, 2)];
+    let mut pool = Pool::new((SIDE * SIDE) as usize);
+    images.iter().for_each(|image| pool.add(image, 16));
+    let runs = [0, 1].map(|repeat| run(&images[repeat as usize], &reference, 0, repeat, 16));
+    let found = find(&[Budget::Spp(16)], &runs.iter().collect::<Vec<_>>(), &pool, &reference, true);
+    // Means 0.1 and -0.1: a deviation of 0.1 sqrt(2), of their mean 0.1.
+    near(found.bias_se, 0.1, 0.01);
+    assert_eq!(found.verdict, Verdict::Unbiased);
+}
+
+#[test]
 fn sample_ratios_compare_errors() {
     let (noisy, calm) = (finding(1.0, 6.0, 3000), finding(1.0, 0.5, 1000));
     let (ratio, interval) = sample_ratio(&noisy, &calm).unwrap();
@@ -129,7 +165,7 @@ fn a_single_run_has_figures_and_no_intervals() {
     let run = run(&image, &reference, 0, 0, 4);
     let mut pool = Pool::new((SIDE * SIDE) as usize);
     pool.add(&image, 4);
-    let found = find(&[Budget::Spp(4)], &[&run], &pool, &reference);
+    let found = find(&[Budget::Spp(4)], &[&run], &pool, &reference, true);
     assert!(found.points[0].relmse > 0.0 && found.points[0].relmse_interval.is_none());
     assert!(found.relmse_by_samples.is_none() && found.efficiency.is_some() && found.efficiency_interval.is_none());
     assert!(found.prices[0].extrapolated && found.prices[0].samples.is_some());

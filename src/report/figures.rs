@@ -2,7 +2,7 @@
 
 use super::analysis::{Finding, Point};
 use super::plot::{Mark, Plot, Series};
-use super::words::Words;
+use super::words::{Words, tag};
 use crate::settings::Strategy;
 
 /// Error against CPU seconds and against samples a pixel.
@@ -45,7 +45,7 @@ fn series(words: &Words, finding: &Finding, x: fn(&Point) -> f64) -> Series {
         (true, _, Some(law)) => {
             let scale = if by_samples { 1.0 } else { finding.cpu_seconds_by_sample };
             let line = steps.map(|step| (step, law.at(step / scale).max(0.0).sqrt())).collect();
-            (line, "biased".to_owned(), Some(finding.floor.sqrt()).filter(|floor| *floor > 0.0))
+            (line, String::new(), Some(finding.floor.sqrt()).filter(|floor| *floor > 0.0))
         }
         (false, Some(fit), _) if marks.len() > 1 => {
             let line = steps.map(|step| (step, fit.law.at(step).sqrt())).collect();
@@ -53,6 +53,7 @@ fn series(words: &Words, finding: &Finding, x: fn(&Point) -> f64) -> Series {
         }
         _ => (Vec::new(), String::new(), None),
     };
+    let note = tag(finding).map_or(note, str::to_owned);
     Series { label: words.label(finding), note, style: style(words, finding), marks, line, floor }
 }
 

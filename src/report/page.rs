@@ -13,7 +13,7 @@ use super::machine::Machine;
 use super::plot::{self, Layout, Plot};
 use super::reference::{Reference, Source};
 use super::results::noise;
-use super::words::{Words, last_error, percent, seconds, significant, target};
+use super::words::{Words, last_error, percent, seconds, significant, tag, target};
 use crate::settings::Strategy;
 
 /// What a page is made of.
@@ -117,7 +117,7 @@ impl Page<'_> {
         let share = |case: usize, configuration: usize| words[case].relative_efficiency(of(case, configuration)?);
         let text = |case: usize, configuration: usize| match (of(case, configuration), share(case, configuration)) {
             (_, Some(share)) => percent(share),
-            (Some(_), None) => "biased".to_owned(),
+            (Some(finding), None) => tag(finding).unwrap_or("–").to_owned(),
             (None, _) => "–".to_owned(),
         };
         html! {
@@ -176,7 +176,7 @@ impl Page<'_> {
                 @for finding in &words.findings {
                     dt {
                         (words.label(finding))
-                        @if finding.biased { span class="tag" { "biased" } }
+                        @if let Some(tag) = tag(finding) { span class="tag" { (tag) } }
                     }
                     dd { (words.sentence(finding)) }
                 }
@@ -196,7 +196,8 @@ impl Page<'_> {
         }
         let value = |finding: &Finding, i: usize| finding.regions.get(i).map_or(0.0, |(relmse, _)| *relmse);
         let best = |i: usize| {
-            let usable = words.findings.iter().filter(|finding| !finding.biased).map(|finding| value(finding, i));
+            let usable =
+                words.findings.iter().filter(|finding| tag(finding).is_none()).map(|finding| value(finding, i));
             usable.filter(|relmse| *relmse > 0.0).fold(f64::INFINITY, f64::min)
         };
         html! {
@@ -206,7 +207,7 @@ impl Page<'_> {
                 table {
                     tr { th { "" } @for region in regions { th { (region.name) } } }
                     @for finding in &words.findings {
-                        tr class=[finding.biased.then_some("biased")] {
+                        tr class=[tag(finding).map(|_| "biased")] {
                             td class="name" { (words.label(finding)) }
                             @for i in 0..regions.len() {
                                 @let relmse = value(finding, i);
@@ -237,7 +238,7 @@ impl Page<'_> {
             div class="pictures" {
                 @for shown in &shown {
                     @let label = self.experiment.label(shown.configuration);
-                    @let biased = words.findings.iter().any(|f| f.biased && f.configuration == shown.configuration);
+                    @let found = words.findings.iter().find(|finding| finding.configuration == shown.configuration);
                     figure {
                         div class="pair" {
                             (picture(&shown.film.png(), &format!("{label}, {} samples a pixel", shown.spp)))
@@ -248,7 +249,7 @@ impl Page<'_> {
                         }
                         figcaption {
                             span class="name" { (label) }
-                            @if biased { span class="tag" { "biased" } }
+                            @if let Some(tag) = found.and_then(|finding| tag(finding)) { span class="tag" { (tag) } }
                             br;
                             (shown.spp) " samples a pixel, error " (percent(shown.relmse.max(0.0).sqrt()))
                         }
@@ -332,9 +333,9 @@ fn comparison(words: &Words) -> Markup {
                 }
                 @for finding in &words.findings {
                     @let share = words.relative_efficiency(finding);
-                    tr class=[finding.biased.then_some("biased")] {
+                    tr class=[tag(finding).map(|_| "biased")] {
                         td class="name" { (words.label(finding)) }
-                        td class=[(share == Some(1.0)).then_some("best")] { (share.map_or("biased".to_owned(), percent)) }
+                        td class=[(share == Some(1.0)).then_some("best")] { (share.map_or(tag(finding).unwrap_or("–").to_owned(), percent)) }
                         td { (finding.efficiency.map_or("–".to_owned(), |efficiency| significant(efficiency, 3))) }
                         td { (percent(last_error(finding))) }
                         @let last = finding.points.last();
@@ -361,7 +362,7 @@ fn slope(finding: &Finding) -> String {
 fn prices(words: &Words) -> Markup {
     let targets: Vec<f64> = words.findings[0].prices.iter().map(|price| price.error).collect();
     let least = |i: usize| {
-        let usable = words.findings.iter().filter(|finding| !finding.biased);
+        let usable = words.findings.iter().filter(|finding| tag(finding).is_none());
         usable.filter_map(|finding| finding.prices[i].cpu_seconds).fold(f64::INFINITY, f64::min)
     };
     html! {
@@ -369,11 +370,11 @@ fn prices(words: &Words) -> Markup {
             table {
                 tr { th { "" } @for error in &targets { th { (target(*error)) } } }
                 @for finding in &words.findings {
-                    tr class=[finding.biased.then_some("biased")] {
+                    tr class=[tag(finding).map(|_| "biased")] {
                         td class="name" { (words.label(finding)) }
                         @for (i, price) in finding.prices.iter().enumerate() {
                             @let class = match price.cpu_seconds {
-                                Some(time) if time == least(i) && !finding.biased => Some("best"),
+                                Some(time) if time == least(i) && tag(finding).is_none() => Some("best"),
                                 _ if price.extrapolated => Some("guess"),
                                 _ => None,
                             };
@@ -388,7 +389,7 @@ fn prices(words: &Words) -> Markup {
 }
 
 fn samples(words: &Words) -> Markup {
-    let Some(nee) = words.first_of(Strategy::Nee).filter(|nee| !nee.biased) else { return html! {} };
+    let Some(nee) = words.first_of(Strategy::Nee).filter(|nee| tag(nee).is_none()) else { return html! {} };
     let ratios: Vec<_> = words.findings.iter().filter_map(|f| Some((*f, sample_ratio(f, nee)?))).collect();
     html! {
         h3 { "Samples for the error of nee" }

@@ -1,6 +1,6 @@
 //! Findings in plain sentences.
 
-use super::analysis::{BIAS_Z, Finding, Law, sample_ratio};
+use super::analysis::{BIAS_Z, Finding, Law, Verdict, sample_ratio};
 use super::experiment::Experiment;
 use super::statistics::Interval;
 use crate::settings::Strategy;
@@ -62,6 +62,15 @@ fn times(factor: f64) -> String {
     format!("{} times", significant(factor, 2))
 }
 
+/// What is said in one word where a picture is not simply right.
+pub fn tag(finding: &Finding) -> Option<&'static str> {
+    match finding.verdict {
+        Verdict::Unbiased => None,
+        Verdict::Biased => Some("biased"),
+        Verdict::Undersampled => Some("too few samples"),
+    }
+}
+
 /// The relative error that `finding` had at its largest budget.
 pub fn last_error(finding: &Finding) -> f64 {
     finding.points.last().map_or(0.0, |point| point.relmse.max(0.0).sqrt())
@@ -97,8 +106,17 @@ impl Words<'_> {
 
     /// One configuration in a few sentences.
     pub fn sentence(&self, finding: &Finding) -> String {
-        if finding.biased {
-            return self.biased_sentence(finding);
+        match finding.verdict {
+            Verdict::Biased => return self.biased_sentence(finding),
+            Verdict::Undersampled => {
+                return format!(
+                    "is too dark by {} (z = {:.0}), though it is exact: its noise is in a few pixels, and rare bright samples \
+                     that no run has met look like this. It would take more samples to say anything of it.",
+                    percent(finding.relative_bias.abs()),
+                    finding.bias_z
+                );
+            }
+            Verdict::Unbiased => {}
         }
         let mut text = String::new();
         if let Some(price) = finding.prices.get(1)
@@ -165,6 +183,11 @@ impl Words<'_> {
             0 => format!("No configuration is biased ({rule})."),
             _ => format!("Biased ({rule}): {}.", biased.join("; ")),
         });
+        let few = self.findings.iter().filter(|f| f.verdict == Verdict::Undersampled);
+        let few: Vec<String> = few.map(|finding| self.label(finding)).collect();
+        if !few.is_empty() {
+            said.push(format!("Too few samples to judge by (rare bright ones are missing): {}.", few.join(", ")));
+        }
         said
     }
 
@@ -234,8 +257,9 @@ mod tests {
         assert_eq!([0.0, 1e9, 3.0e-7].map(|v| significant(v, 2)), ["0", "1.0e9", "3.0e-7"]);
         assert_eq!([0.0213, 0.3335, 1.5].map(percent), ["2.1\u{a0}%", "33.4\u{a0}%", "150\u{a0}%"]);
         assert_eq!(
-            [0.00021, 0.5, 61.0, 300.0, 20000.0, 1e6].map(seconds),
+            [0.00021, 0.5, 61.0, 300.0, 20000.0, 1e6].map(|v| seconds(v).replace('\u{a0}', " ")),
             ["0.21 ms", "0.50 s", "61 s", "5.0 min", "5.6 h", "12 days"]
         );
+        assert_eq!([0.1, 0.05, 0.005].map(target), ["10\u{a0}%", "5\u{a0}%", "0.5\u{a0}%"]);
     }
 }

@@ -5,7 +5,7 @@ use crate::cli::output::table;
 use crate::report::analysis::Finding;
 use crate::report::experiment::Experiment;
 use crate::report::reference::PARTS;
-use crate::report::words::significant;
+use crate::report::words::{significant, tag};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::Path;
@@ -36,9 +36,10 @@ impl Told {
 
     /// So many runs are done.
     pub fn run(&self, done: usize, experiment: &Experiment) {
-        if done == 1 {
+        let all = experiment.run_count() as u64;
+        if self.bar.length() != Some(all) {
             self.bar.reset();
-            self.bar.set_length(experiment.run_count() as u64);
+            self.bar.set_length(all);
             self.bar.set_message("runs");
         }
         self.bar.set_position(done as u64);
@@ -81,7 +82,7 @@ pub fn summary(experiment: &Experiment, findings: &[Finding], out: &Path) -> Str
                 finding.efficiency.map_or_else(dash, |efficiency| format!("{efficiency:.3}")),
                 finding.efficiency.map_or_else(dash, |efficiency| percent(efficiency / best)),
                 slope,
-                format!("{:.1}{}", finding.bias_z, if finding.biased { " biased" } else { "" }),
+                format!("{:.1} {}", finding.bias_z, tag(finding).unwrap_or_default()),
             ]);
         }
         text += &table(&rows);
