@@ -33,7 +33,7 @@ pub struct RenderArgs {
     /// Stop once the picture's relative standard error is down to E (0.01 or 1%): the root of the mean variance of the
     /// pixels' means over the mean radiance, channels averaged, as the samples' own spread tells it; after at least 16
     /// samples a pixel
-    #[arg(long, value_name = "E", value_parser = args::relative_error, allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", value_parser = args::relative_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
     #[command(flatten)]
     estimator: EstimatorArgs,

@@ -2,11 +2,13 @@
 
 use serde::Serialize;
 
+use super::bias::bias_of;
 use super::experiment::{Budget, Experiment, Measurements, Run};
 use super::measure::Pool;
-use super::metrics::{FLOOR, variance_of_channel_mean};
 use super::reference::Reference;
-use super::statistics::{Fit, FitPoint, Interval, bootstrap_means, deviation, fit, mean, percentile_interval};
+use super::statistics::{
+    Fit, FitPoint, Interval, bootstrap_means, deviation, fit, mean, percentile_interval, simultaneous_95,
+};
 use crate::image::Image;
 
 /// Bootstrap replicates of every figure.
@@ -124,7 +126,7 @@ pub struct Finding {
     pub configuration: usize,
     /// By budget, ascending; budgets without a finished run are left out.
     pub points: Vec<Point>,
-    /// MSE against samples a pixel.
+    /// MSE against samples a pixel. The slopes' intervals hold with 95 % for all configurations of the case at once.
     pub mse_by_samples: Option<Fit>,
     /// relMSE against samples a pixel.
     pub relmse_by_samples: Option<Fit>,
@@ -171,15 +173,17 @@ pub fn analyze(experiment: &Experiment, references: &[Reference], measured: &Mea
             if !runs.is_empty() {
                 let pool = &measured.pools[case][configuration];
                 let exact = !experiment.configurations[configuration].strategy.is_biased();
-                findings.push(find(&experiment.budgets, &runs, pool, &reference.image, exact));
+                let z = simultaneous_95(experiment.configurations.len());
+                findings.push(find(&experiment.budgets, &runs, pool, &reference.image, exact, z));
             }
         }
     }
     findings
 }
 
-/// The finding of one configuration's runs; `exact`: by design, its expected picture is the truth.
-fn find(budgets: &[Budget], runs: &[&Run], pool: &Pool, reference: &Image, exact: bool) -> Finding {
+/// The finding of one configuration's runs. `exact`: by design, its expected picture is the truth; `z`: standard errors to
+/// both sides of a slope in its interval.
+fn find(budgets: &[Budget], runs: &[&Run], pool: &Pool, reference: &Image, exact: bool, z: f64) -> Finding {
     let groups = (0..budgets.len()).map(|budget| runs.iter().filter(|run| run.budget == budget).copied().collect());
     let groups: Vec<Vec<&Run>> = groups.filter(|group: &Vec<&Run>| !group.is_empty()).collect();
     let group_replicates = |tiles: fn(&Run) -> &[f64], stream: u32| -> Vec<Option<Vec<f64>>> {
@@ -197,7 +201,7 @@ fn find(budgets: &[Budget], runs: &[&Run], pool: &Pool, reference: &Image, exact
     let fit_of = |x: fn(&Point) -> f64, y: fn(&Point) -> f64, replicates: &[Option<Vec<f64>>]| {
         let usable = points.iter().zip(replicates).filter(|(point, _)| x(point) > 0.0 && y(point) > 0.0);
         let usable = usable.map(|(point, r)| FitPoint { x: x(point), y: y(point), replicates: r.as_deref() });
-        fit(&usable.collect::<Vec<_>>())
+        fit(&usable.collect::<Vec<_>>(), z)
     };
     let relmse_by_samples = fit_of(|p| p.spp, |p| p.relmse, &relmse_replicates);
     let bias = bias_of(pool, &groups, reference);
@@ -265,73 +269,6 @@ fn point(runs: &[&Run], mse_replicates: Option<&[f64]>, relmse_replicates: Optio
         mrays_per_s: if cpu_seconds > 0.0 { rays / cpu_seconds * 1e-6 } else { 0.0 },
         lanes_used: lanes.map(|lanes| mean(&lanes)),
     }
-}
-
-/// How far the expected picture is from the reference.
-struct Bias {
-    mean: f64,
-    standard_error: f64,
-    reference_mean: f64,
-    floor: f64,
-    effective_pixels: f64,
-}
-
-impl Bias {
-    fn score(&self) -> f64 {
-        if self.standard_error > 0.0 { self.mean / self.standard_error } else { 0.0 }
-    }
-}
-
-/// The bias of all runs together. Its standard error is the larger of two: what the runs know of their own variance, and
-/// how far repeats are apart; the reference's noise comes on top. Without a pool (one sample a pixel everywhere) the runs'
-/// own figures are combined.
-fn bias_of(pool: &Pool, groups: &[Vec<&Run>], reference: &Image) -> Bias {
-    let pixels = reference.pixels.len() as f64;
-    let reference_mean = reference.pixels.iter().flatten().map(|v| *v as f64).sum::<f64>() / (3.0 * pixels);
-    let Some(pooled) = pool.image(reference.width, reference.height) else {
-        let runs = || groups.iter().flatten();
-        let biases: Vec<f64> = runs().map(|run| run.error.bias).collect();
-        let squares: f64 = runs().map(|run| run.error.bias_se.powi(2)).sum();
-        let standard_error = squares.sqrt() / biases.len() as f64;
-        return Bias { mean: mean(&biases), standard_error, reference_mean, floor: 0.0, effective_pixels: pixels };
-    };
-    let (mut bias, mut floor, mut own_sum, mut own_squares, mut theirs_sum) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    let none = [0.0; 3];
-    for (i, (a, b)) in pooled.pixels.iter().zip(&reference.pixels).enumerate() {
-        let own = pooled.variance.as_ref().map_or(none, |v| v[i]);
-        let theirs = reference.variance.as_ref().map_or(none, |v| v[i]);
-        let own_variance = variance_of_channel_mean(&own);
-        own_sum += own_variance;
-        own_squares += own_variance * own_variance;
-        theirs_sum += variance_of_channel_mean(&theirs);
-        for c in 0..3 {
-            let (value, truth) = (a[c] as f64, b[c] as f64);
-            bias += (value - truth) / 3.0;
-            let noise = own[c] as f64 + theirs[c] as f64;
-            floor += ((value - truth).powi(2) - noise) / (truth * truth + FLOOR) / 3.0;
-        }
-    }
-    let own = (own_sum / (pixels * pixels)).max(variance_by_repeats(groups));
-    Bias {
-        mean: bias / pixels,
-        standard_error: (own + theirs_sum / (pixels * pixels)).sqrt(),
-        reference_mean,
-        floor: (floor / pixels).max(0.0),
-        effective_pixels: if own_squares > 0.0 { own_sum * own_sum / own_squares } else { pixels },
-    }
-}
-
-/// The variance of the mean of a pool, from how far the biases of equally long runs are apart.
-fn variance_by_repeats(groups: &[Vec<&Run>]) -> f64 {
-    let (mut squares, mut samples) = (0.0, 0.0);
-    // Runs of one sample a pixel are not in the pool.
-    for group in groups.iter().filter(|group| group[0].spp > 1) {
-        let biases: Vec<f64> = group.iter().map(|run| run.error.bias).collect();
-        let spp: f64 = group.iter().map(|run| run.spp as f64).sum::<f64>();
-        squares += (spp * deviation(&biases)).powi(2) / group.len() as f64;
-        samples += spp;
-    }
-    if samples > 0.0 { squares / (samples * samples) } else { 0.0 }
 }
 
 /// The law that predicts errors: with a floor if the picture is biased; -1 as the exponent unless the measured slope

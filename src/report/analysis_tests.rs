@@ -56,7 +56,7 @@ fn finding(mean: f64, variance: f64, stream: u32) -> Finding {
         }
     }
     let runs: Vec<&Run> = runs.iter().collect();
-    find(&spps.map(Budget::Spp), &runs, &pool, &reference, true)
+    find(&spps.map(Budget::Spp), &runs, &pool, &reference, true, simultaneous_95(1))
 }
 
 fn near(found: f64, expected: f64, tolerance: f64) {
@@ -116,7 +116,7 @@ fn rare_bright_samples_that_nobody_has_met_are_told_from_bias() {
     let runs = [0, 1].map(|repeat| run(&images[repeat as usize], &reference, 0, repeat, 16));
     let runs: Vec<&Run> = runs.iter().collect();
     let verdict = |exact: bool| {
-        let found = find(&[Budget::Spp(16)], &runs, &pool, &reference, exact);
+        let found = find(&[Budget::Spp(16)], &runs, &pool, &reference, exact, simultaneous_95(1));
         assert!(found.bias_z < -BIAS_Z && found.effective_pixels < 1.1 && found.efficiency.is_none());
         found.verdict
     };
@@ -130,7 +130,7 @@ fn repeats_that_are_far_apart_widen_the_standard_error() {
     let mut pool = Pool::new((SIDE * SIDE) as usize);
     images.iter().for_each(|image| pool.add(image, 16));
     let runs = [0, 1].map(|repeat| run(&images[repeat as usize], &reference, 0, repeat, 16));
-    let found = find(&[Budget::Spp(16)], &runs.iter().collect::<Vec<_>>(), &pool, &reference, true);
+    let found = find(&[Budget::Spp(16)], &runs.iter().collect::<Vec<_>>(), &pool, &reference, true, simultaneous_95(1));
     // Means 0.1 and -0.1: a deviation of 0.1 sqrt(2), of their mean 0.1.
     near(found.bias_se, 0.1, 0.01);
     assert_eq!(found.verdict, Verdict::Unbiased);
@@ -165,7 +165,7 @@ fn a_single_run_has_figures_and_no_intervals() {
     let run = run(&image, &reference, 0, 0, 4);
     let mut pool = Pool::new((SIDE * SIDE) as usize);
     pool.add(&image, 4);
-    let found = find(&[Budget::Spp(4)], &[&run], &pool, &reference, true);
+    let found = find(&[Budget::Spp(4)], &[&run], &pool, &reference, true, simultaneous_95(1));
     assert!(found.points[0].relmse > 0.0 && found.points[0].relmse_interval.is_none());
     assert!(found.relmse_by_samples.is_none() && found.efficiency.is_some() && found.efficiency_interval.is_none());
     assert!(found.prices[0].extrapolated && found.prices[0].samples.is_some());

@@ -7,7 +7,7 @@ use crate::image::Image;
 use crate::settings::Crop;
 
 /// The picture is cut into this many columns and rows of tiles, the strata of the bootstrap.
-pub const TILES: usize = 16;
+pub const TILES: usize = 32;
 
 /// A named part of the film.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::analysis::{Finding, sample_ratio};
+use super::analysis::Finding;
 use super::equal_time::Shown;
 use super::experiment::{Budget, Case, Experiment, Measurements};
 use super::figures;
@@ -13,8 +13,8 @@ use super::machine::Machine;
 use super::plot::{self, Layout, Plot};
 use super::reference::{Reference, Source};
 use super::results::noise;
-use super::words::{Words, last_error, percent, seconds, significant, tag, target};
-use crate::settings::Strategy;
+use super::tables;
+use super::words::{Words, percent, seconds, tag};
 
 /// What a page is made of.
 pub struct Page<'a> {
@@ -170,7 +170,7 @@ impl Page<'_> {
                 figcaption { "The same against samples a pixel: what a sample is worth, whatever it costs." }
             }
             h3 { "How they compare" }
-            (comparison(&words))
+            (tables::comparison(&words))
             h3 { "One by one" }
             dl {
                 @for finding in &words.findings {
@@ -182,41 +182,10 @@ impl Page<'_> {
                 }
             }
             h3 { "CPU time to an error" }
-            (prices(&words))
-            (samples(&words))
-            (self.regions(&words))
+            (tables::prices(&words))
+            (tables::samples(&words))
+            (tables::regions(&words))
             (self.pictures(index, &words))
-        }
-    }
-
-    fn regions(&self, words: &Words) -> Markup {
-        let regions = &self.experiment.regions;
-        if regions.is_empty() {
-            return html! {};
-        }
-        let value = |finding: &Finding, i: usize| finding.regions.get(i).map_or(0.0, |(relmse, _)| *relmse);
-        let best = |i: usize| {
-            let usable =
-                words.findings.iter().filter(|finding| tag(finding).is_none()).map(|finding| value(finding, i));
-            usable.filter(|relmse| *relmse > 0.0).fold(f64::INFINITY, f64::min)
-        };
-        html! {
-            h3 { "By region" }
-            p { "Relative error in parts of the film at the largest budget; the least of each in bold." }
-            div class="scroll" {
-                table {
-                    tr { th { "" } @for region in regions { th { (region.name) } } }
-                    @for finding in &words.findings {
-                        tr class=[tag(finding).map(|_| "biased")] {
-                            td class="name" { (words.label(finding)) }
-                            @for i in 0..regions.len() {
-                                @let relmse = value(finding, i);
-                                td class=[(relmse == best(i)).then_some("best")] { (percent(relmse.max(0.0).sqrt())) }
-                            }
-                        }
-                    }
-                }
-            }
         }
     }
 
@@ -270,8 +239,8 @@ impl Page<'_> {
                  largest budget: twice the efficiency is half the time to the same error. CPU seconds are those of all threads, of \
                  rendering alone. Each budget (" (budgets.join(", ")) ") was run " (experiment.repeats) " times with independent \
                  seeds, runs interleaved so that a slow moment of the machine hits all alike. Intervals are 95 %, by a bootstrap \
-                 over runs in 256 tiles. The bias is that of all runs of a configuration together; z is its distance from 0 in \
-                 standard errors, the reference's included."
+                 over runs in 1,024 tiles; those of the slopes hold for all strategies at once. The bias is that of all runs of a \
+                 configuration together; z is its distance from 0 in standard errors, the reference's included."
             }
             @for (case, reference) in experiment.cases.iter().zip(self.references) { (reference_text(case, reference)) }
             p { "To repeat it:" }
@@ -321,97 +290,6 @@ fn gradient(scale: Scale) -> String {
         format!("#{r:02x}{g:02x}{b:02x}")
     };
     format!("background:linear-gradient(90deg,{})", (0..=10).map(stop).collect::<Vec<_>>().join(","))
-}
-
-fn comparison(words: &Words) -> Markup {
-    html! {
-        div class="scroll" {
-            table {
-                tr {
-                    th { "" } th { "efficiency" br; "of the best" } th { "efficiency" } th { "error at the" br; "largest budget" }
-                    th { "CPU time" br; "for it" } th { "slope of MSE" br; "(95 %)" } th { "bias" } th { "z" } th { "lanes" br; "used" }
-                }
-                @for finding in &words.findings {
-                    @let share = words.relative_efficiency(finding);
-                    tr class=[tag(finding).map(|_| "biased")] {
-                        td class="name" { (words.label(finding)) }
-                        td class=[(share == Some(1.0)).then_some("best")] { (share.map_or(tag(finding).unwrap_or("–").to_owned(), percent)) }
-                        td { (finding.efficiency.map_or("–".to_owned(), |efficiency| significant(efficiency, 3))) }
-                        td { (percent(last_error(finding))) }
-                        @let last = finding.points.last();
-                        td { (last.map_or(String::new(), |point| seconds(point.cpu_seconds))) }
-                        td { (slope(finding)) }
-                        td { (format!("{:+.2} %", 100.0 * finding.relative_bias)) }
-                        td { (format!("{:.1}", finding.bias_z)) }
-                        td { (last.and_then(|point| point.lanes_used).map_or("–".to_owned(), percent)) }
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn slope(finding: &Finding) -> String {
-    let Some(fit) = finding.mse_by_samples else { return "–".to_owned() };
-    match fit.slope_interval {
-        Some(interval) => format!("{:.2} ({:.2} to {:.2})", fit.law.slope, interval.low, interval.high),
-        None => format!("{:.2}", fit.law.slope),
-    }
-}
-
-fn prices(words: &Words) -> Markup {
-    let targets: Vec<f64> = words.findings[0].prices.iter().map(|price| price.error).collect();
-    let least = |i: usize| {
-        let usable = words.findings.iter().filter(|finding| tag(finding).is_none());
-        usable.filter_map(|finding| finding.prices[i].cpu_seconds).fold(f64::INFINITY, f64::min)
-    };
-    html! {
-        div class="scroll" {
-            table {
-                tr { th { "" } @for error in &targets { th { (target(*error)) } } }
-                @for finding in &words.findings {
-                    tr class=[tag(finding).map(|_| "biased")] {
-                        td class="name" { (words.label(finding)) }
-                        @for (i, price) in finding.prices.iter().enumerate() {
-                            @let class = match price.cpu_seconds {
-                                Some(time) if time == least(i) && tag(finding).is_none() => Some("best"),
-                                _ if price.extrapolated => Some("guess"),
-                                _ => None,
-                            };
-                            td class=[class] { (price.cpu_seconds.map_or("never".to_owned(), seconds)) }
-                        }
-                    }
-                }
-            }
-        }
-        p class="facts" { "In italics: foreseen by the fitted law, outside of what was measured." }
-    }
-}
-
-fn samples(words: &Words) -> Markup {
-    let Some(nee) = words.first_of(Strategy::Nee).filter(|nee| tag(nee).is_none()) else { return html! {} };
-    let ratios: Vec<_> = words.findings.iter().filter_map(|f| Some((*f, sample_ratio(f, nee)?))).collect();
-    html! {
-        h3 { "Samples for the error of nee" }
-        p { "How many samples each takes for the error that nee reaches with its largest budget, as a multiple of nee's." }
-        div class="scroll" {
-            table {
-                tr { th { "" } th { "samples" } th { "95 %" } th { "CPU time" } }
-                @for (finding, (ratio, interval)) in ratios {
-                    tr {
-                        td class="name" { (words.label(finding)) }
-                        td { (significant(ratio, 3)) " ×" }
-                        td {
-                            @if let Some(interval) = interval {
-                                (significant(interval.low, 3)) " to " (significant(interval.high, 3))
-                            } @else { "–" }
-                        }
-                        td { (significant(ratio * finding.cpu_seconds_by_sample / nee.cpu_seconds_by_sample, 3)) " ×" }
-                    }
-                }
-            }
-        }
-    }
 }
 
 fn reference_text(case: &Case, reference: &Reference) -> Markup {

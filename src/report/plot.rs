@@ -164,7 +164,7 @@ fn at(value: f64) -> String {
 /// A number without needless zeros.
 fn number(value: f64) -> String {
     match value {
-        v if v >= 1e6 || v < 1e-5 => format!("{v:e}"),
+        v if !(1e-5..1e6).contains(&v) => format!("{v:e}"),
         v => format!("{}", (v * 1e7).round() / 1e7),
     }
 }
@@ -181,7 +181,7 @@ impl Plot {
         let x = Axis::around(marks().map(|mark| mark.x), LEFT, layout.right());
         // Intervals too, but not so wide that they push the points together.
         let ends = |mark: &Mark| mark.interval.map_or([mark.y; 2], |(a, b)| [a.max(mark.y / 2.0), b.min(mark.y * 2.0)]);
-        let y = Axis::around(marks().flat_map(|mark| ends(mark)), layout.bottom(), TOP);
+        let y = Axis::around(marks().flat_map(ends), layout.bottom(), TOP);
         let style = format!("svg{{{LIGHT}}}@media (prefers-color-scheme:dark){{svg{{{DARK}}}}}{STYLE}");
         let Layout { width, height, alone, .. } = layout;
         let (fixed_width, fixed_height) = (alone.then_some(width), alone.then_some(height));

@@ -4,8 +4,19 @@
 
 use crate::sampler::random_words;
 
-/// The two-sided 95 % point of the normal distribution.
-pub const NORMAL_95: f64 = 1.959963984540054;
+/// The two-sided point of the normal distribution within which `count` independent figures lie all at once in 95 of 100
+/// cases (Sidak): the larger the family, the further.
+pub fn simultaneous_95(count: usize) -> f64 {
+    let each = 0.95f64.powf(1.0 / count.max(1) as f64);
+    // erf(z / sqrt 2) = each, by halving.
+    let (mut low, mut high) = (0.0, 10.0);
+    for _ in 0..60 {
+        let middle = (low + high) / 2.0;
+        let inside = libm::erf(middle / std::f64::consts::SQRT_2);
+        if inside < each { low = middle } else { high = middle }
+    }
+    low
+}
 
 /// A range that holds the true value in 95 of 100 cases.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -17,9 +28,9 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// `center` and 1.96 standard errors to both sides.
-    pub fn around(center: f64, standard_error: f64) -> Interval {
-        Interval { low: center - NORMAL_95 * standard_error, high: center + NORMAL_95 * standard_error }
+    /// `center` and `half` to both sides.
+    pub fn around(center: f64, half: f64) -> Interval {
+        Interval { low: center - half, high: center + half }
     }
     /// Whether `value` lies in it.
     pub fn contains(self, value: f64) -> bool {
@@ -71,15 +82,15 @@ pub fn bootstrap_means(runs: &[&[f64]], replicates: u32, seed: u32) -> Option<Ve
     }
     let center = runs.iter().flat_map(|run| run.iter()).sum::<f64>() / count as f64;
     let widening = (count as f64 / (count as f64 - 1.0)).sqrt();
+    // What run `run` has in one stratum; runs agree in their number.
+    let part = |run: u64, stratum: usize| runs[run as usize][stratum];
     let draws = |replicate: u32| {
-        let mut sum = 0.0;
-        for stratum in 0..strata {
-            for first in (0..count).step_by(4) {
-                let words = random_words(stratum as u32, first as u32, replicate, seed);
-                let chosen = words.iter().take(count - first).map(|word| (*word as u64 * count as u64) >> 32);
-                sum += chosen.map(|run| runs[run as usize][stratum]).sum::<f64>();
-            }
-        }
+        let of_stratum = |stratum: usize| {
+            let word = |i: usize| random_words(stratum as u32, i as u32, replicate, seed);
+            let words = (0..count.div_ceil(4)).flat_map(word).take(count);
+            words.map(|word| part((word as u64 * count as u64) >> 32, stratum)).sum::<f64>()
+        };
+        let sum: f64 = (0..strata).map(of_stratum).sum();
         center + widening * (sum / count as f64 - center)
     };
     Some((0..replicates).map(draws).collect())
@@ -117,7 +128,7 @@ pub fn fit_power_law(points: &[(f64, f64, f64)]) -> Option<PowerLaw> {
     let spread: f64 = points.iter().map(|(x, _, w)| w * (x.ln() - mean_x).powi(2)).sum();
     let together: f64 = points.iter().map(|(x, y, w)| w * (x.ln() - mean_x) * (y.ln() - mean_y)).sum();
     let slope = together / spread;
-    (spread > 0.0 && slope.is_finite()).then(|| PowerLaw { constant: mean_y - slope * mean_x, slope })
+    (spread > 0.0 && slope.is_finite()).then_some(PowerLaw { constant: mean_y - slope * mean_x, slope })
 }
 
 /// A power law, how certain its slope is, and how well it describes the points.
@@ -125,7 +136,7 @@ pub fn fit_power_law(points: &[(f64, f64, f64)]) -> Option<PowerLaw> {
 pub struct Fit {
     /// The line of least squares, points weighted by the inverse variance of their logarithms.
     pub law: PowerLaw,
-    /// 95 % interval of the slope.
+    /// 95 % interval of the slope (see [`fit`]).
     pub slope_interval: Option<Interval>,
     /// Chi-square of the residuals by degrees of freedom; near 1 where the points lie on a line but for their noise. Where it
     /// is larger, the interval is widened by its root.
@@ -145,8 +156,8 @@ pub struct FitPoint<'a> {
 /// Least deviation of ln y that is believed: no point rules the fit alone.
 const LEAST_DEVIATION: f64 = 1e-4;
 
-/// Fits a power law to measured points, its interval from their replicates.
-pub fn fit(points: &[FitPoint]) -> Option<Fit> {
+/// Fits a power law to measured points, its interval from their replicates: `z` standard errors to both sides.
+pub fn fit(points: &[FitPoint], z: f64) -> Option<Fit> {
     let logs = |values: &[f64]| values.iter().filter(|v| **v > 0.0).map(|v| v.ln()).collect::<Vec<_>>();
     let deviations: Option<Vec<f64>> = points.iter().map(|p| Some(deviation(&logs(p.replicates?)))).collect();
     let weight = |i: usize| deviations.as_ref().map_or(1.0, |d| d[i].max(LEAST_DEVIATION).powi(-2));
@@ -162,7 +173,7 @@ pub fn fit(points: &[FitPoint]) -> Option<Fit> {
     let center = center / weighted.iter().map(|(_, _, w)| w).sum::<f64>();
     let spread: f64 = weighted.iter().map(|(x, _, w)| w * (x.ln() - center).powi(2)).sum();
     let standard_error = (misfit.unwrap_or(1.0).max(1.0) / spread).sqrt();
-    Some(Fit { law, slope_interval: Some(Interval::around(law.slope, standard_error)), misfit })
+    Some(Fit { law, slope_interval: Some(Interval::around(law.slope, z * standard_error)), misfit })
 }
 
 #[cfg(test)]
@@ -205,6 +216,14 @@ mod tests {
     }
 
     #[test]
+    fn families_need_wider_intervals() {
+        // Python: statistics.NormalDist().inv_cdf((1 + 0.95**(1/count)) / 2)
+        for (count, expected) in [(1, 1.959963984540054), (9, 2.765529584339756)] {
+            assert!((simultaneous_95(count) - expected).abs() < 1e-9, "{count}: {}", simultaneous_95(count));
+        }
+    }
+
+    #[test]
     fn a_power_law_is_found_again() {
         let points: Vec<_> = [1.0f64, 4.0, 16.0].iter().map(|x| (*x, 3.0 * x.powf(-0.7), x * x)).collect();
         let law = fit_power_law(&points).unwrap();
@@ -229,13 +248,13 @@ mod tests {
             let all: Vec<Vec<f64>> = (0..5).map(replicates).collect();
             let points: Vec<FitPoint> =
                 (0..5).map(|i| FitPoint { x: xs[i], y: y(i), replicates: Some(&all[i]) }).collect();
-            let interval = fit(&points).unwrap().slope_interval.unwrap();
+            let interval = fit(&points, simultaneous_95(1)).unwrap().slope_interval.unwrap();
             held += interval.contains(-1.0) as u32;
             width += (interval.high - interval.low) / trials as f64;
         }
         assert!(held as f64 >= 0.95 * trials as f64 - 3.3 * (0.95 * 0.05 * trials as f64).sqrt(), "{held} of {trials}");
         assert!(width < 0.04, "{width}");
         let single = [(1.0, 1.0), (2.0, 0.5)].map(|(x, y)| FitPoint { x, y, replicates: None });
-        assert_eq!(fit(&single).unwrap().slope_interval, None);
+        assert_eq!(fit(&single, simultaneous_95(1)).unwrap().slope_interval, None);
     }
 }
