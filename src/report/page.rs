@@ -38,12 +38,12 @@ pub struct Page<'a> {
 
 const STYLE: &str = "*{box-sizing:border-box}html{-webkit-text-size-adjust:100%}\
 body{margin:0;background:var(--paper);color:var(--ink);font:17px/1.55 Georgia,'Iowan Old Style','Times New Roman',serif}\
-main{max-width:62rem;margin:0 auto;padding:2.2rem 1.1rem 4rem}p,ul,ol{max-width:44rem}\
+main{max-width:66rem;margin:0 auto;padding:2.2rem 1.1rem 4rem}p,ul,ol{max-width:44rem}\
 h1,h2,h3,th,td,figcaption,.facts,.scale{font-family:system-ui,-apple-system,'Segoe UI',Roboto,sans-serif}\
 h1{font-size:1.9rem;line-height:1.2;margin:0 0 .3rem}h2{font-size:1.35rem;margin:2.8rem 0 .6rem;padding-top:.8rem;border-top:1px solid var(--rule)}\
 h3{font-size:1.05rem;margin:1.8rem 0 .4rem}.facts{color:var(--soft);font-size:.9rem;margin:.2rem 0 1.4rem}\
 .scroll{overflow-x:auto;margin:.6rem 0 1.2rem}table{border-collapse:collapse;font-size:.86rem;font-variant-numeric:tabular-nums}\
-th,td{padding:.32rem .7rem;text-align:right;white-space:nowrap;border-bottom:1px solid var(--rule)}\
+th,td{padding:.32rem .6rem;text-align:right;white-space:nowrap;border-bottom:1px solid var(--rule)}\
 th{color:var(--soft);font-weight:600;vertical-align:bottom}th:first-child,td:first-child{text-align:left;position:sticky;left:0;background:var(--paper)}\
 td.best{font-weight:700}td.guess{color:var(--soft);font-style:italic}tr.biased td{color:var(--soft)}\
 code,pre{font:.86em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}pre{overflow-x:auto;padding:.7rem .9rem;border:1px solid var(--rule);border-radius:6px}\

@@ -62,7 +62,7 @@ impl Layout {
     /// In a page on a desk.
     pub const WIDE: Layout = Layout { width: 960.0, height: 560.0, names: 240.0, alone: false };
     /// In a page on a phone.
-    pub const NARROW: Layout = Layout { width: 430.0, height: 430.0, names: 158.0, alone: false };
+    pub const NARROW: Layout = Layout { width: 470.0, height: 430.0, names: 198.0, alone: false };
     /// A file by itself.
     pub const FILE: Layout = Layout { alone: true, ..Layout::WIDE };
 

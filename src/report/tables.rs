@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::analysis::{Finding, sample_ratio};
-use super::words::{Words, last_error, percent, seconds, significant, tag, target};
+use super::words::{Words, exponent, last_error, percent, seconds, significant, tag, target};
 use crate::settings::Strategy;
 
 /// Efficiency, error, slope, bias: a row a configuration.
@@ -38,8 +38,10 @@ pub fn comparison(words: &Words) -> Markup {
 fn slope(finding: &Finding) -> String {
     let Some(fit) = finding.mse_by_samples else { return "–".to_owned() };
     match fit.slope_interval {
-        Some(interval) => format!("{:.2} ({:.2} to {:.2})", fit.law.slope, interval.low, interval.high),
-        None => format!("{:.2}", fit.law.slope),
+        Some(interval) => {
+            format!("{} ({} to {})", exponent(fit.law.slope), exponent(interval.low), exponent(interval.high))
+        }
+        None => exponent(fit.law.slope),
     }
 }
 
@@ -58,10 +60,12 @@ pub fn prices(words: &Words) -> Markup {
                     tr class=[tag(finding).map(|_| "biased")] {
                         td class="name" { (words.label(finding)) }
                         @for (i, price) in finding.prices.iter().enumerate() {
-                            @let class = match price.cpu_seconds {
-                                Some(time) if time == least(i) && tag(finding).is_none() => Some("best"),
-                                _ if price.extrapolated => Some("guess"),
-                                _ => None,
+                            @let best = price.cpu_seconds == Some(least(i)) && tag(finding).is_none();
+                            @let class = match (best, price.extrapolated) {
+                                (true, true) => Some("best guess"),
+                                (true, false) => Some("best"),
+                                (false, true) => Some("guess"),
+                                (false, false) => None,
                             };
                             td class=[class] { (price.cpu_seconds.map_or("never".to_owned(), seconds)) }
                         }

@@ -29,6 +29,11 @@ pub fn significant(value: f64, digits: i32) -> String {
     format!("{rounded:.*}", (digits - 1 - magnitude).max(0) as usize)
 }
 
+/// An exponent with two digits and a minus sign that is one; never "-0.00".
+pub fn exponent(value: f64) -> String {
+    format!("{:.2}", (value * 100.0).round() / 100.0 + 0.0).replace('-', "−")
+}
+
 /// A share in per cent.
 pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", significant(100.0 * share, if share.abs() < 0.1 { 2 } else { 3 }))
@@ -237,8 +242,10 @@ fn slope_sentence(finding: &Finding) -> String {
             (false, false) => "more slowly than independent samples do",
         };
         format!(
-            "Its MSE falls as n^{:.2} (95 %: {:.2} to {:.2}), {verdict}. ",
-            fit.law.slope, interval.low, interval.high
+            "Its MSE falls as n^{} (95 %: {} to {}), {verdict}. ",
+            exponent(fit.law.slope),
+            exponent(interval.low),
+            exponent(interval.high)
         )
     };
     fit.slope_interval.map(text).unwrap_or_default()
@@ -254,6 +261,7 @@ mod tests {
             [1.234, 9.96, 123.4, 0.01234, -5.67].map(|v| significant(v, 2)),
             ["1.2", "10", "120", "0.012", "-5.7"]
         );
+        assert_eq!([-0.001, -1.0, 0.5].map(exponent), ["0.00", "−1.00", "0.50"]);
         assert_eq!([0.0, 1e9, 3.0e-7].map(|v| significant(v, 2)), ["0", "1.0e9", "3.0e-7"]);
         assert_eq!([0.0213, 0.3335, 1.5].map(percent), ["2.1\u{a0}%", "33.4\u{a0}%", "150\u{a0}%"]);
         assert_eq!(
