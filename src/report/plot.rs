@@ -140,6 +140,10 @@ impl Axis {
         self.start + share.clamp(-0.5, 1.5) * (self.end - self.start)
     }
 
+    fn holds(self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value.log10())
+    }
+
     /// Ticks and whether they are labelled: decades, and 2 and 5 between them where there is room.
     fn ticks(self) -> Vec<(f64, bool)> {
         let dense = (self.end - self.start).abs() / (self.high - self.low) > ROOMY_DECADE;
@@ -268,7 +272,7 @@ fn draw(series: &Series, x: Axis, y: Axis) -> Markup {
                 path class="band" d=(path(upper.chain(lower)) + "Z") {}
             }
             path class="fit" stroke-dasharray=(DASHES[series.style % 9]) d=(path(series.line.iter().copied().map(place))) {}
-            @if let Some(level) = series.floor {
+            @if let Some(level) = series.floor.filter(|level| y.holds(*level)) {
                 path class="floor" d=(format!("M{LEFT} {}H{}", at(y.position(level)), x.end)) {}
             }
             @for (vx, (low, high)) in &with_interval {
@@ -338,6 +342,7 @@ mod tests {
         assert_eq!(labels(axis), [1.0, 10.0, 100.0]);
         let roomy = Axis { end: 600.0, ..axis };
         assert_eq!(labels(roomy), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0]);
+        assert!(axis.holds(16.0) && !axis.holds(1e4) && !axis.holds(0.0));
         assert!(!labels(Axis::around([].into_iter(), 0.0, 1.0)).is_empty());
         assert_eq!([0.01, 0.002, 100.0, 20000.0, 1e7].map(number), ["0.01", "0.002", "100", "20000", "1e7"]);
     }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::analysis::{Finding, sample_ratio};
+use super::analysis::{Finding, Verdict, sample_ratio};
 use super::words::{Words, exponent, last_error, percent, seconds, significant, tag, target};
 use crate::settings::Strategy;
 
@@ -67,7 +67,10 @@ pub fn prices(words: &Words) -> Markup {
                                 (false, true) => Some("guess"),
                                 (false, false) => None,
                             };
-                            td class=[class] { (price.cpu_seconds.map_or("never".to_owned(), seconds)) }
+                            td class=[class] {
+                                @if finding.verdict == Verdict::Undersampled { "–" }
+                                @else { (price.cpu_seconds.map_or("never".to_owned(), seconds)) }
+                            }
                         }
                     }
                 }
