@@ -42,7 +42,7 @@ impl Pixel {
 
 /// A pixel's sums by group of the `sobol` sampler: sample `k` is in group `k % 4`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct GroupSums([[f64; 3]; GROUPS as usize]);
+pub struct GroupSums(pub [[f64; 3]; GROUPS as usize]);
 
 impl GroupSums {
     /// Adds sample number `sample`, which is finite.
@@ -185,8 +185,9 @@ impl Film {
         self.relative_error_estimate().map(|(error, _)| error)
     }
 
-    /// [`Film::relative_error`] and the standard error of that figure. The latter comes from the spread of the variance
-    /// over pixels, which holds true differences between pixels too, so it errs on the large side.
+    /// [`Film::relative_error`], and how far it may be from the error that this very picture has: a standard error. It
+    /// comes from what the squared errors of so many pixels add up to by chance, each with twice the square of its variance
+    /// (as normal means have), the channels of a pixel fully correlated.
     pub fn relative_error_estimate(&self) -> Option<(f64, f64)> {
         ErrorSums::of(self.sums()).estimate()
     }
@@ -242,8 +243,7 @@ impl ErrorSums {
         }
         let error = (variance / count).sqrt() / (mean / count);
         // The delta method: a root has half the relative error of its argument.
-        let spread = (variance_squares - variance * variance / count).max(0.0) / (count - 1.0).max(1.0);
-        let of_variance = (spread / count).sqrt() / (variance / count);
+        let of_variance = (2.0 * variance_squares).sqrt() / variance;
         Some((error, if variance > 0.0 { 0.5 * error * of_variance } else { 0.0 }))
     }
 }
@@ -262,10 +262,10 @@ mod tests {
             assert!(samples.iter().all(|&value| film.pixels[pixel].add([value; 3])));
         }
         assert_eq!(film.variance(0, 0), [1.0; 3]);
-        // Mean variance 1/2, mean 2; variances 1 and 0 spread by 1/2, so their mean has the standard error 1/2.
+        // Mean variance 1/2, mean 2; the squared errors, expected to be 1 and 0, have the variances 2 and 0.
         let (error, standard_error) = film.relative_error_estimate().unwrap();
         assert!((error - 0.5f64.sqrt() / 2.0).abs() < 1e-12);
-        assert!((standard_error - 0.5 * error).abs() < 1e-12);
+        assert!((standard_error - 0.5 * 2f64.sqrt() * error).abs() < 1e-12);
     }
 
     #[test]

@@ -41,11 +41,12 @@
 //! | [`sampler`] | (pixel, sample, block, seed) to random numbers, for one path and for eight |
 //! | [`lanes`], [`math`] | eight `f32`; the exactly rounded operations both engines are made of |
 //! | [`film`], [`image`], [`color`] | sums, files, the sRGB curve |
-//! | [`settings`], [`camera`], [`stats`], [`clock`], [`error`] | what their names say |
+//! | [`settings`], [`camera`], [`stats`], [`clock`], [`fingerprint`], [`error`] | what their names say |
+//! | `report` | error against run time: metrics, statistics, plots, pages (feature `cli`) |
 //! | `cli` | one file a command (feature `cli`) |
 //!
-//! Layers, top to bottom, nothing imports upwards (a test reads the sources): `cli > render > {packet, reference} >
-//! {setup, scene, bvh, film, image, camera, stats} > {settings, sampler, lanes, math, color, error, clock}`.
+//! Layers, top to bottom, nothing imports upwards (a test reads the sources): `cli > report > render > {packet, reference} >
+//! {setup, scene, bvh, film, image, camera, stats} > {settings, sampler, lanes, math, color, error, clock, fingerprint}`.
 //!
 //! # Invariants
 //!
@@ -75,12 +76,15 @@ pub mod clock;
 pub mod color;
 pub mod error;
 pub mod film;
+pub mod fingerprint;
 pub mod image;
 pub mod lanes;
 pub mod math;
 pub mod packet;
 pub mod reference;
 pub mod render;
+#[cfg(feature = "cli")]
+pub mod report;
 pub mod sampler;
 pub mod scene;
 pub mod settings;
@@ -90,7 +94,7 @@ pub mod trace;
 
 pub use error::{Error, Result};
 pub use film::Film;
-pub use render::{Render, render, render_with};
+pub use render::{Render, render, render_from, render_with};
 pub use scene::{PreparedScene, Scene};
 pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};
 

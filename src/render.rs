@@ -5,7 +5,6 @@
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::time::Duration;
 
 use crate::clock::Stopwatch;
 use crate::film::{ErrorSums, Film, GroupSums, NonFinite, Pixel, Sums};
@@ -26,8 +25,15 @@ use crate::trace::TraceVertex;
 /// and 7 % on `builtin:heavy:200000`, 1024 4 to 7 % more; 8192 gained 2 % on `glass` and nothing elsewhere.
 pub const PATHS_AT_ONCE: usize = 4096;
 
-/// Samples a pixel in one pass, at most: progress and time limits are looked at between passes.
+/// Samples a pixel in one pass, at most: progress, limits and the wish to stop are looked at between passes.
 const PASS_SPP: u32 = 64;
+/// Samples of the first pass over all pixels, at most, and seconds of the later ones: so that a wish to stop is heard.
+const FIRST_PASS_SAMPLES: u64 = 1 << 22;
+const PASS_SECONDS: f64 = 2.0;
+/// A render stops at a target error no sooner than this: fewer samples say too little about their own variance.
+const LEAST_SPP_FOR_ERROR: u32 = 16;
+/// A picture that is still black after so many samples a pixel has no relative error and is given up as it is.
+const BLACK_SPP: u32 = 1024;
 
 /// How many non-finite samples are described one by one.
 const NONFINITE_SHOWN: usize = 8;
@@ -63,54 +69,102 @@ pub fn render(scene: &PreparedScene, settings: &Settings) -> Render {
 /// Renders and tells `progress` now and then how far it is; once that returns false, the render stops after the pass it is
 /// in and the picture holds the samples taken so far.
 pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn Fn(Progress) -> bool + Sync)) -> Render {
+    render_from(scene, settings, None, progress)
+}
+
+/// Goes on from `start`, a picture that an earlier call with the same scene and settings (but for `spp`, `time`,
+/// `target_error`, `engine` and `threads`) had come to. The picture then is, bit for bit, the one that would have come
+/// without the break. Statistics are those of this call.
+pub fn render_from(
+    scene: &PreparedScene,
+    settings: &Settings,
+    start: Option<&Film>,
+    progress: &(dyn Fn(Progress) -> bool + Sync),
+) -> Render {
     let preparing = Stopwatch::start();
     let setup = Setup::new(scene, settings);
     let plan = Plan::new(&setup);
     let setup_s = preparing.wall_seconds();
     let spp = settings.spp.max(1);
-    let tiles = cut_into_tiles(&setup, spp.min(PASS_SPP));
+    let mut tiles = cut_into_tiles(&setup, spp.min(PASS_SPP));
+    let mut done = 0;
+    if let Some(film) = start {
+        let own = |tile: &mut Mutex<Tile>| {
+            fill_from(tile.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner()), film, setup.crop);
+        };
+        tiles.iter_mut().for_each(own);
+        done = film.spp;
+    }
     let threads = thread_count(settings.threads).min(tiles.len());
     let watch = Stopwatch::start();
+    let pixels = setup.crop.width as u64 * setup.crop.height as u64;
     let job = Job {
         setup: &setup,
         plan: &plan,
         engine: settings.engine,
         tiles,
         next_tile: AtomicUsize::new(0),
-        samples: AtomicU64::new(0),
+        samples: AtomicU64::new(done as u64 * pixels),
         relative_error: AtomicU64::new(f64::NAN.to_bits()),
         stop: AtomicBool::new(false),
         watch,
-        total: spp as u64 * setup.crop.width as u64 * setup.crop.height as u64,
+        total: spp as u64 * pixels,
         progress,
     };
     let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&job)).collect();
-    let mut done = 0;
-    while done < spp {
+    let first = done;
+    let mut error = None;
+    let reached = |done: u32, error: Option<f64>, seconds: f64| {
+        let target = settings.target_error.is_some_and(|target| match error {
+            Some(error) => done >= LEAST_SPP_FOR_ERROR && error <= target,
+            None => done >= BLACK_SPP,
+        });
+        done >= spp || target || settings.time.is_some_and(|time| seconds >= time.as_secs_f64())
+    };
+    let finished = loop {
         let seconds = watch.wall_seconds();
-        if done > 0 && (job.stop.load(Ordering::Relaxed) || settings.time.is_some_and(|t| seconds >= t.as_secs_f64())) {
-            break;
+        // At least one pass is made, so that there is a picture.
+        if done > 0 && reached(done, error, seconds) {
+            break true;
         }
-        let pass = pass_length(done, spp, seconds, settings.time);
+        if done > first && job.stop.load(Ordering::Relaxed) {
+            break false;
+        }
+        let pass = pass_length(settings, done, (done - first, seconds), pixels, error);
         job.run_pass(&mut workers, done..done + pass);
         done += pass;
-        job.note_error();
-    }
+        error = job.note_error();
+    };
     let (render_s, cpu_s) = (watch.wall_seconds(), watch.cpu_seconds());
-    finish(&job, &workers, settings, done, Stats { threads, setup_s, render_s, cpu_s, ..Stats::default() })
+    finish(&job, &workers, settings, done, Stats { threads, setup_s, render_s, cpu_s, finished, ..Stats::default() })
 }
 
-/// Samples of the next pass. Under a time limit passes start at one sample and grow, so that the last one does not
-/// overshoot by more than about a tenth of the limit.
-fn pass_length(done: u32, spp: u32, seconds: f64, time: Option<Duration>) -> u32 {
-    let most = (spp - done).min(PASS_SPP);
-    match (time, done) {
+/// Samples of the next pass, where `taken` samples a pixel have cost so many seconds so far. No pass is longer than
+/// [`PASS_SECONDS`] as far as can be foreseen. Under a time limit passes start at one sample and grow, so that the last one
+/// does not overshoot by more than about a tenth of the limit; on the way to a target error they end where the error is
+/// foreseen to get there.
+fn pass_length(settings: &Settings, done: u32, (taken, seconds): (u32, f64), pixels: u64, error: Option<f64>) -> u32 {
+    let mut most = (settings.spp.max(1) - done).min(PASS_SPP);
+    if taken == 0 {
+        most = most.min((FIRST_PASS_SAMPLES / pixels.max(1)).clamp(1, PASS_SPP as u64) as u32);
+    }
+    let each = (seconds / taken.max(1) as f64).max(1e-9);
+    let within = |seconds: f64| ((seconds / each) as u32).max(1);
+    if taken > 0 {
+        most = most.min(within(PASS_SECONDS));
+    }
+    if settings.target_error.is_some() && done < LEAST_SPP_FOR_ERROR {
+        most = most.min(LEAST_SPP_FOR_ERROR - done);
+    }
+    if let (Some(target), Some(error)) = (settings.target_error, error) {
+        // The variance of the mean falls as 1 / n.
+        let needed = done as f64 * ((error / target).powi(2) - 1.0);
+        most = most.min((needed.ceil() as u32).max(1));
+    }
+    match (settings.time, taken) {
         (None, _) => most,
         (Some(_), 0) => 1,
-        (Some(limit), _) => {
-            let each = (seconds / done as f64).max(1e-9);
-            (((limit.as_secs_f64() * 0.1 / each) as u32).max(1)).min(most).min(done)
-        }
+        (Some(limit), _) => within(limit.as_secs_f64() * 0.1).min(most).min(taken),
     }
 }
 
@@ -152,6 +206,14 @@ fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
         }
     }
     tiles
+}
+
+/// Puts into `tile` what `film`, a picture of `crop`, holds of it.
+fn fill_from(tile: &mut Tile, film: &Film, crop: Crop) {
+    copy_out(&mut tile.pixels, &film.pixels, tile.area, crop);
+    if !tile.groups.is_empty() {
+        copy_out(&mut tile.groups, &film.groups, tile.area, crop);
+    }
 }
 
 /// What the threads of one render share.
@@ -226,14 +288,15 @@ impl Job<'_> {
     }
 
     /// After a pass: how large the error is now. Tiles are added in order, so equal renders tell equal errors.
-    fn note_error(&self) {
+    fn note_error(&self) -> Option<f64> {
         let mut sums = ErrorSums::default();
         for tile in &self.tiles {
             sums.add(&tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).error);
         }
-        let error = sums.estimate().map_or(f64::NAN, |(error, _)| error);
-        self.relative_error.store(error.to_bits(), Ordering::Relaxed);
+        let error = sums.estimate().map(|(error, _)| error);
+        self.relative_error.store(error.unwrap_or(f64::NAN).to_bits(), Ordering::Relaxed);
         self.report(self.samples.load(Ordering::Relaxed));
+        error
     }
 
     fn packet_tile(&self, worker: &mut Worker, tile: &mut Tile, range: std::ops::Range<u32>) {
@@ -331,7 +394,6 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     let shown = nonfinite.iter().take(NONFINITE_SHOWN);
     stats.nonfinite_samples =
         shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(job.setup, (x, y), sample) }).collect();
-    stats.finished = spp == settings.spp.max(1) || settings.time.is_some() && !job.stop.load(Ordering::Relaxed);
     film.metadata = metadata(job, settings, spp);
     Render { film, stats }
 }
@@ -342,6 +404,15 @@ fn copy_into<T: Copy>(film: &mut [T], tile: &[T], area: Crop, crop: Crop) {
         let start = (area.y - crop.y) as usize + row;
         let start = start * crop.width as usize + (area.x - crop.x) as usize;
         film[start..start + pixels.len()].copy_from_slice(pixels);
+    }
+}
+
+/// The inverse of [`copy_into`].
+fn copy_out<T: Copy>(tile: &mut [T], film: &[T], area: Crop, crop: Crop) {
+    for (row, pixels) in tile.chunks_mut(area.width as usize).enumerate() {
+        let start = (area.y - crop.y) as usize + row;
+        let start = start * crop.width as usize + (area.x - crop.x) as usize;
+        pixels.copy_from_slice(&film[start..start + pixels.len()]);
     }
 }
 

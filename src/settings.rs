@@ -129,6 +129,9 @@ pub struct Settings {
     pub spp: u32,
     /// Stop after the first whole pass past this wall time, even if `spp` is not reached.
     pub time: Option<Duration>,
+    /// Stop after the first whole pass at which the picture's estimated relative error
+    /// ([`crate::Film::relative_error`]) is at or below this, even if `spp` is not reached.
+    pub target_error: Option<f64>,
     /// How direct light is estimated.
     pub strategy: Strategy,
     /// How light samples choose lights.
@@ -163,6 +166,7 @@ impl Default for Settings {
         Settings {
             spp: 64,
             time: None,
+            target_error: None,
             strategy: Strategy::MisPower,
             lights: Lights::Tree,
             sampler: Sampler::Sobol,

@@ -62,7 +62,7 @@ impl FilmArgs {
 
 /// `--rr-depth`: `None` for `off`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RrDepth(Option<u32>);
+pub struct RrDepth(pub Option<u32>);
 
 /// A choice by name; names in `later` are known and not there yet.
 pub fn named<T: FromStr<Err = String>>(text: &str, later: &[&str]) -> Result<T, String> {
@@ -72,7 +72,8 @@ pub fn named<T: FromStr<Err = String>>(text: &str, later: &[&str]) -> Result<T, 
     })
 }
 
-fn rr_depth(text: &str) -> Result<RrDepth, String> {
+/// `--rr-depth`.
+pub fn rr_depth(text: &str) -> Result<RrDepth, String> {
     match text {
         "off" => Ok(RrDepth(None)),
         _ => text.parse().map(|depth| RrDepth(Some(depth))).map_err(|_| "give a depth from 0 on, or `off`".into()),
@@ -116,15 +117,37 @@ pub fn pixel(text: &str) -> Result<[u32; 2], String> {
     numbers(text)
 }
 
+/// Choices with commas between them, each once, or `all`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct List<T>(pub Vec<T>);
+
+/// Reads a [`List`] of the choices in `all`.
+pub fn list<T: FromStr<Err = String> + Copy + PartialEq>(text: &str, all: &[T]) -> Result<List<T>, String> {
+    if text.trim() == "all" {
+        return Ok(List(all.to_vec()));
+    }
+    let mut chosen = Vec::new();
+    for name in text.split(',') {
+        let choice = name.trim().parse()?;
+        if !chosen.contains(&choice) {
+            chosen.push(choice);
+        }
+    }
+    Ok(List(chosen))
+}
+
 fn numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
     let parsed: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     let parsed = parsed.and_then(|numbers| numbers.try_into().ok());
     parsed.ok_or_else(|| format!("give {N} whole numbers with commas between them"))
 }
 
-/// Flags whose meaning is settled and whose code is not there yet.
-pub fn later(_: &str) -> Result<f64, String> {
-    Err("this flag is not in this version yet; use --spp or --time".into())
+/// A relative error: a share (`0.01`) or per cent (`1%`), above 0.
+pub fn relative_error(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let error = number.trim().parse::<f64>().ok().map(|number| number * unit);
+    let valid = |error: &f64| *error > 0.0 && error.is_finite();
+    error.filter(valid).ok_or_else(|| "give an error above 0, as 0.01 or 1%".into())
 }
 
 #[cfg(test)]
@@ -141,6 +164,10 @@ mod tests {
         }
         assert_eq!(seconds("0.5"), Ok(Duration::from_millis(500)));
         assert_eq!(exposure("-1.5"), Ok(-1.5));
+        assert_eq!((relative_error("0.02"), relative_error("2 %")), (Ok(0.02), Ok(0.02)));
+        for text in ["0", "-1", "nan", "inf", "%", "", "0%", "1 percent"] {
+            assert!(relative_error(text).is_err(), "{text}");
+        }
     }
 
     #[test]
@@ -150,6 +177,16 @@ mod tests {
             assert!(crop(text).is_err(), "{text}");
         }
         assert_eq!(pixel("7,9"), Ok([7, 9]));
+    }
+
+    #[test]
+    fn lists_hold_each_choice_once() {
+        assert_eq!(list("all", Strategy::ALL), Ok(List(Strategy::ALL.to_vec())));
+        let two = List(vec![Strategy::Nee, Strategy::Bsdf]);
+        assert_eq!(list("nee, bsdf,nee", Strategy::ALL), Ok(two));
+        for text in ["", "nee,", "nee,all", "magic"] {
+            assert!(list(text, Strategy::ALL).unwrap_err().contains("known: uniform, bsdf"), "{text}");
+        }
     }
 
     #[test]

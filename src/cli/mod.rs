@@ -5,11 +5,15 @@
 
 mod args;
 mod bench;
+mod converge;
 mod cpu;
+mod diff;
 mod info;
+mod interrupt;
 mod output;
 mod progress;
 mod render;
+mod resume;
 mod stats;
 mod trace;
 
@@ -44,10 +48,14 @@ enum Command {
     Trace(trace::TraceArgs),
     /// Throughput of the engines, side by side
     Bench(bench::BenchArgs),
+    /// Error against run time, for every strategy: a report, plots, tables
+    Converge(Box<converge::ConvergeArgs>),
+    /// How far picture A is from picture B, the reference
+    Diff(diff::DiffArgs),
 }
 
 /// Commands that have a place in the command line and no code yet.
-const LATER_COMMANDS: [&str; 3] = ["converge", "check", "diff"];
+const LATER_COMMANDS: [&str; 1] = ["check"];
 
 /// The whole program: parses the arguments of this process, runs the command, prints what went wrong.
 pub fn main() -> ExitCode {
@@ -79,6 +87,8 @@ fn run() -> u8 {
         Command::Info(args) => info::run(&args),
         Command::Trace(args) => trace::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Converge(args) => converge::run(&args),
+        Command::Diff(args) => diff::run(&args),
     };
     match done {
         Ok(status) => status,

@@ -12,6 +12,7 @@ const STEPS: u64 = 1000;
 pub struct Bar {
     bar: ProgressBar,
     time: Option<Duration>,
+    target: Option<f64>,
 }
 
 impl Bar {
@@ -23,7 +24,7 @@ impl Bar {
         if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}") {
             bar.set_style(style);
         }
-        Bar { bar, time: settings.time }
+        Bar { bar, time: settings.time, target: settings.target_error }
     }
 
     /// Shows `progress`.
@@ -31,7 +32,7 @@ impl Bar {
         if self.bar.is_hidden() {
             return;
         }
-        let done = fraction(progress, self.time);
+        let done = fraction(progress, self.time, self.target);
         self.bar.set_position((done * STEPS as f64) as u64);
         self.bar.set_message(message(progress, done));
     }
@@ -42,11 +43,13 @@ impl Bar {
     }
 }
 
-/// The finished part, in [0, 1]: of the samples or of the time, whichever ends first.
-fn fraction(progress: &Progress, time: Option<Duration>) -> f64 {
+/// The finished part, in [0, 1]: of the samples, of the time or of the way to the target error, whichever ends first. The
+/// squared error falls as 1 / samples, so the samples still needed follow from it.
+fn fraction(progress: &Progress, time: Option<Duration>, target: Option<f64>) -> f64 {
     let samples = progress.samples as f64 / progress.total.max(1) as f64;
     let time = time.map_or(0.0, |time| progress.seconds / time.as_secs_f64());
-    samples.max(time).min(1.0)
+    let target = target.zip(progress.relative_error).map_or(0.0, |(target, error)| (target / error).powi(2));
+    samples.max(time).max(target).min(1.0)
 }
 
 fn message(progress: &Progress, done: f64) -> String {
@@ -76,11 +79,13 @@ mod tests {
     #[test]
     fn the_bar_follows_whichever_ends_first() {
         let progress = Progress { samples: 25, total: 100, seconds: 6.0, relative_error: None };
-        assert_eq!(fraction(&progress, None), 0.25);
-        assert_eq!(fraction(&progress, Some(Duration::from_secs(8))), 0.75);
-        assert_eq!(fraction(&progress, Some(Duration::from_secs(1))), 1.0);
+        assert_eq!(fraction(&progress, None, None), 0.25);
+        assert_eq!(fraction(&progress, Some(Duration::from_secs(8)), None), 0.75);
+        assert_eq!(fraction(&progress, Some(Duration::from_secs(1)), None), 1.0);
         assert_eq!(message(&progress, 0.25), "0.00 Msamples/s, 18 s left");
         let later = Progress { relative_error: Some(0.0312), ..progress };
+        assert_eq!(fraction(&Progress { relative_error: Some(0.02), ..progress }, None, Some(0.01)), 0.25);
+        assert_eq!(fraction(&later, None, Some(0.05)), 1.0);
         assert_eq!(message(&later, 0.25), "0.00 Msamples/s, 18 s left, error 3.12 %");
         assert_eq!([59.0, 61.0, 3700.0].map(duration), ["59 s", "1 min 01 s", "1 h 01 min"]);
     }

@@ -1,16 +1,19 @@
 //! `octray render`: a scene to image files.
 
 use super::args::{self, EstimatorArgs, FilmArgs};
+use super::interrupt;
 use super::output::{check_json_path, print, write_json};
 use super::progress::Bar;
+use super::resume::State;
 use super::stats::Report;
 use super::{prepare, report, warn};
 use crate::error::{Error, Result};
 use crate::image::check_output_path;
-use crate::render::{Render, render_with};
+use crate::render::{Render, render_from};
 use crate::scene::Scene;
 use crate::settings::{Crop, Engine, Settings};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Flags of `octray render`.
@@ -21,14 +24,16 @@ pub struct RenderArgs {
     /// Image to write: .exr, .png, .hdr or .pfm; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Samples a pixel [default: the scene's, else 64; with --time alone: as many as fit]
+    /// Samples a pixel [default: the scene's, else 64; with --time or --target-error alone: as many as it takes]
     #[arg(long, value_name = "N", value_parser = args::positive, allow_negative_numbers = true)]
     spp: Option<u32>,
-    /// Seconds of rendering, ended on whole passes; the first of --spp and --time to be reached stops
+    /// Seconds of rendering, ended on whole passes; the first of --spp, --time and --target-error to be reached stops
     #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_negative_numbers = true)]
     time: Option<Duration>,
-    /// Relative error to stop at
-    #[arg(long, value_name = "E", value_parser = args::later, allow_negative_numbers = true, hide = true)]
+    /// Stop once the picture's relative standard error is down to E (0.01 or 1%): the root of the mean variance of the
+    /// pixels' means over the mean radiance, channels averaged, as the samples' own spread tells it; after at least 16
+    /// samples a pixel
+    #[arg(long, value_name = "E", value_parser = args::relative_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
     #[command(flatten)]
     estimator: EstimatorArgs,
@@ -58,17 +63,21 @@ pub struct RenderArgs {
 pub fn run(args: &RenderArgs) -> Result<u8> {
     check_outputs(args)?;
     let scene = Scene::load(&args.scene)?;
-    let settings = settings(args, &scene);
+    let mut settings = settings(args, &scene);
     let (film, crop) = settings.film_and_crop(scene.desc.film)?;
+    let state = State::new(&args.output[0], &scene.desc, &settings, (film, crop));
+    let start = state.read(&mut settings)?;
+    let start_spp = start.as_ref().map_or(0, |film| film.spp);
     let mut warnings = scene.desc.warnings.clone();
     warnings.iter().for_each(|warning| warn(warning));
 
     let prepared = prepare(&scene)?;
     warnings.extend_from_slice(&prepared.warnings);
+    let stop = interrupt::requested()?;
     let bar = Bar::new(&settings, args.quiet);
-    let mut render = render_with(&prepared, &settings, &|progress| {
+    let mut render = render_from(&prepared, &settings, start.as_ref(), &|progress| {
         bar.show(&progress);
-        true
+        !stop.load(Ordering::Relaxed)
     });
     bar.finish();
 
@@ -88,10 +97,16 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
         }
     }
     if let Some(path) = &args.stats
-        && let Err(error) = write_json(path, &Report::new(&prepared, &settings, (film, crop), &render, &warnings))
+        && let Err(error) =
+            write_json(path, &Report::new(&prepared, &settings, (film, crop), &render, start_spp, &warnings))
     {
         report(&error);
         complete = false;
+    }
+    match (render.stats.finished, complete) {
+        (true, true) => state.remove(),
+        (true, false) => {}
+        (false, _) => state.keep(&render, settings.spp)?,
     }
     if !args.quiet {
         print(&summary(&settings, &render, &written))?;
@@ -138,13 +153,14 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
     args.film.apply(&mut settings);
-    settings.spp = match (args.spp, args.time) {
+    settings.spp = match (args.spp, args.time.is_some() || args.target_error.is_some()) {
         (Some(spp), _) => spp,
-        // Time alone decides: neither the scene's samples nor the default may end the render sooner.
-        (None, Some(_)) => u32::MAX,
-        (None, None) => settings.spp,
+        // Time or error alone decide: neither the scene's samples nor the default may end the render sooner.
+        (None, true) => u32::MAX,
+        (None, false) => settings.spp,
     };
     settings.time = args.time;
+    settings.target_error = args.target_error;
     settings.engine = args.engine;
     settings.threads = args.threads.unwrap_or(0) as usize;
     settings.crop = args.crop;

@@ -44,8 +44,14 @@ pub struct Report<'a> {
     /// Root mean square error of the pixels by the picture's mean, estimated from the samples; `null` below two samples
     /// (four with the `sobol` sampler).
     relative_error: Option<f64>,
-    /// Standard error of `relative_error`, estimated from the spread over pixels.
+    /// Standard error of `relative_error` as a statement about this very picture.
     relative_error_se: Option<f64>,
+    /// 95 % interval: `relative_error` and 1.96 standard errors to both sides, not below 0.
+    relative_error_interval: Option<[f64; 2]>,
+    /// What `--target-error` asked for.
+    target_error: Option<f64>,
+    /// Samples a pixel that came from an interrupted render; rays, seconds and stages are those of this call alone.
+    resumed_from_spp: u32,
     /// Every sample asked for was taken.
     finished: bool,
     nonfinite: u64,
@@ -70,6 +76,7 @@ impl<'a> Report<'a> {
         settings: &Settings,
         (film, crop): ((u32, u32), Crop),
         render: &'a Render,
+        resumed_from_spp: u32,
         warnings: &'a [String],
     ) -> Report<'a> {
         let stats = &render.stats;
@@ -104,6 +111,9 @@ impl<'a> Report<'a> {
             mean_radiance: render.film.mean_radiance(),
             relative_error: error.map(|(error, _)| error),
             relative_error_se: error.map(|(_, standard_error)| standard_error),
+            relative_error_interval: error.map(|(error, se)| [(error - 1.96 * se).max(0.0), error + 1.96 * se]),
+            target_error: settings.target_error,
+            resumed_from_spp,
             finished: stats.finished,
             nonfinite: stats.nonfinite,
             nonfinite_samples: nonfinite

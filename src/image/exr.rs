@@ -1,5 +1,5 @@
-//! OpenEXR: f32 radiance in `R,G,B`, the variance of each pixel's mean in `variance.R,G,B` (where there are enough samples
-//! to know it), settings in the header.
+//! OpenEXR: f32 radiance in `R,G,B`, the variance of each pixel's mean in `variance.R,G,B` (where it is known), settings
+//! in the header.
 //!
 //! Settings go into the standard attribute `comments`, one `key = value` a line, and not into attributes of their own: the
 //! `exr` crate keeps those in a hash map and writes them in a different order every time. No compression: noise in f32
@@ -7,29 +7,23 @@
 
 use super::atomic::Sink;
 use super::{Image, encoding};
-use crate::film::Film;
 use ::exr::prelude::*;
 use std::io::{self, Cursor};
 
 const COLOR: [&str; 3] = ["R", "G", "B"];
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
-/// Writes radiance, variance and settings.
-pub(super) fn write(film: &Film, out: &mut dyn Sink) -> io::Result<()> {
-    let (width, height) = (film.width as usize, film.height as usize);
-    let plane = |value: &dyn Fn(u32, u32) -> f32| {
-        let rows = (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y)));
-        FlatSamples::F32(rows.map(|(x, y)| value(x, y)).collect())
-    };
+/// Writes radiance, variance (where the picture has it) and settings.
+pub(super) fn write(picture: &Image, out: &mut dyn Sink) -> io::Result<()> {
+    let plane = |pixels: &[[f32; 3]], c: usize| FlatSamples::F32(pixels.iter().map(|pixel| pixel[c]).collect());
     let mut channels = SmallVec::new();
     for c in 0..3 {
-        channels.push(AnyChannel::new(COLOR[c], plane(&|x, y| film.mean(x, y)[c])));
-        // Where the error is not known, no figure says that it is 0.
-        if film.sums().tell_errors() {
-            channels.push(AnyChannel::new(VARIANCE[c], plane(&|x, y| film.variance(x, y)[c])));
+        channels.push(AnyChannel::new(COLOR[c], plane(&picture.pixels, c)));
+        if let Some(variance) = &picture.variance {
+            channels.push(AnyChannel::new(VARIANCE[c], plane(variance, c)));
         }
     }
-    let settings: Vec<String> = film.metadata.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    let settings: Vec<String> = picture.metadata.iter().map(|(key, value)| format!("{key} = {value}")).collect();
     let attributes = LayerAttributes {
         software_name: Some(text(concat!("octray ", env!("CARGO_PKG_VERSION")))),
         comments: Some(text(&settings.join("\n"))),
@@ -40,7 +34,8 @@ pub(super) fn write(film: &Film, out: &mut dyn Sink) -> io::Result<()> {
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let layer = Layer::new((width, height), attributes, encoding_options, AnyChannels::sort(channels));
+    let size = (picture.width as usize, picture.height as usize);
+    let layer = Layer::new(size, attributes, encoding_options, AnyChannels::sort(channels));
     let image = ::exr::prelude::Image::from_layer(layer);
     image.write().non_parallel().to_buffered(out).map_err(encoding)
 }

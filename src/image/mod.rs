@@ -8,6 +8,8 @@ mod exr;
 mod hdr;
 mod pfm;
 mod png;
+pub mod sealed;
+pub mod unfinished;
 
 use crate::error::{Error, Result};
 use crate::film::Film;
@@ -61,11 +63,32 @@ impl Film {
         let path = path.as_ref();
         let format = Format::of(path)?;
         atomic::write(path, |out| match format {
-            Format::Exr => exr::write(self, out),
+            Format::Exr => exr::write(&self.to_image(), out),
             Format::Png => png::write(self, out),
             Format::Hdr => hdr::write(self, out),
             Format::Pfm => pfm::write(self, out),
         })
+    }
+
+    /// The picture as the bytes of a PNG file.
+    pub fn png(&self) -> Vec<u8> {
+        let mut bytes = io::Cursor::new(Vec::new());
+        // Memory takes every byte, and a film always has as many pixels as it says.
+        let _ = png::write(self, &mut bytes);
+        bytes.into_inner()
+    }
+
+    /// The picture so far, as its EXR file would hold it: means, their variance, the settings.
+    pub fn to_image(&self) -> Image {
+        let places = || (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
+        Image {
+            width: self.width,
+            height: self.height,
+            pixels: places().map(|(x, y)| self.mean(x, y)).collect(),
+            // Where the error is not known, no figure says that it is 0.
+            variance: self.sums().tell_errors().then(|| places().map(|(x, y)| self.variance(x, y)).collect()),
+            metadata: self.metadata.clone(),
+        }
     }
 
     /// The means of all pixels, row 0 at the top.
@@ -102,6 +125,14 @@ impl Image {
             Format::Pfm => pfm::read(&bytes),
         };
         image.map_err(|message| Error::parse(path, None, message))
+    }
+
+    /// Writes the picture to `path` as EXR: f32 radiance, its variance where known, the settings.
+    ///
+    /// # Errors
+    /// [`Error::Write`]; an older file of that name is then untouched.
+    pub fn save_exr(&self, path: impl AsRef<Path>) -> Result<()> {
+        atomic::write(path.as_ref(), |out| exr::write(self, out))
     }
 
     /// The value at column `x` of row `y`, row 0 at the top.

@@ -1,0 +1,191 @@
+//! `octray converge`: error against run time, for every way to render a scene.
+
+mod files;
+mod setup;
+mod told;
+
+use super::args;
+use super::interrupt;
+use super::output::print;
+use super::warn;
+use crate::error::Result;
+use crate::report::analysis::{Finding, analyze};
+use crate::report::equal_time;
+use crate::report::experiment::{Budget, Experiment};
+use crate::report::reference::{self, Reference};
+use crate::settings::{Crop, Engine, Lights, Sampler, Strategy};
+use args::{List, RrDepth};
+use files::Files;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use told::Told;
+
+/// Flags of `octray converge`.
+#[derive(clap::Args)]
+pub struct ConvergeArgs {
+    /// A scene file (.toml), a bare .obj, or builtin:NAME
+    scene: PathBuf,
+    /// Directory for report.html, converge.csv, converge.json, plots, pictures and the reference; made if need be
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Strategies, with commas between them, or `all`
+    #[arg(long, value_name = "S,..", default_value = "all", value_parser = |text: &str| args::list(text, Strategy::ALL))]
+    strategies: List<Strategy>,
+    /// Samples a pixel of the runs
+    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "1,4,16,64,256", conflicts_with = "times",
+          value_parser = args::positive, allow_negative_numbers = true)]
+    spps: Vec<u32>,
+    /// Wall seconds of the runs, instead of --spps; ended on whole passes
+    #[arg(long, value_name = "SECONDS,..", value_delimiter = ',', value_parser = args::seconds, allow_negative_numbers = true)]
+    times: Vec<Duration>,
+    /// Independent runs of each; intervals need at least two
+    #[arg(long, value_name = "R", default_value = "6", value_parser = clap::value_parser!(u32).range(1..=10_000),
+          allow_negative_numbers = true)]
+    repeats: u32,
+    /// Judge by this picture instead of a closed form or a long render; noise in its variance layers is subtracted
+    #[arg(long, value_name = "FILE", conflicts_with = "reference_spp")]
+    reference: Option<PathBuf>,
+    /// Samples a pixel of the rendered reference [default: 32 times the largest of --spps; with --times: 16 times the longest]
+    #[arg(long, value_name = "N", value_parser = args::positive, allow_negative_numbers = true)]
+    reference_spp: Option<u32>,
+    /// Light selections, with commas between them, or `all` [default: the scene's]
+    #[arg(long, value_name = "L,..", value_parser = |text: &str| args::list(text, Lights::ALL))]
+    lights: Option<List<Lights>>,
+    /// Samplers, with commas between them, or `all` [default: the scene's]
+    #[arg(long, value_name = "S,..", value_parser = |text: &str| args::list(text, Sampler::ALL))]
+    sampler: Option<List<Sampler>>,
+    /// Engines, with commas between them, or `all` [default: packet]
+    #[arg(long, value_name = "E,..", value_parser = |text: &str| args::list(text, Engine::ALL))]
+    engine: Option<List<Engine>>,
+    /// Keep the light of this material only (`environment`: of the surroundings); given several times, each is measured by
+    /// itself; `all` is the whole scene, `each` every light of the scene in turn after it
+    #[arg(long, value_name = "MATERIAL")]
+    only_light: Vec<String>,
+    /// Also tell the error in this part of the film; may be given several times
+    #[arg(long, value_name = "[NAME=]X,Y,W,H", value_parser = setup::region, allow_hyphen_values = true)]
+    region: Vec<(String, Crop)>,
+    /// Film width in pixels
+    #[arg(long, value_name = "W", default_value = "256", value_parser = args::side, allow_negative_numbers = true)]
+    width: u32,
+    /// Film height in pixels
+    #[arg(long, value_name = "H", default_value = "256", value_parser = args::side, allow_negative_numbers = true)]
+    height: u32,
+    /// Most scattering events of a path [default: the scene's, else unbounded]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    max_depth: Option<u32>,
+    /// First depth at which Russian roulette may end a path, or `off` [default: the scene's, else 2]
+    #[arg(long, value_name = "D|off", value_parser = args::rr_depth, allow_negative_numbers = true)]
+    rr_depth: Option<RrDepth>,
+    /// Worker threads [default: one for every core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096), allow_negative_numbers = true)]
+    threads: Option<u16>,
+    /// First of the runs' seeds
+    #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
+    seed: u32,
+    /// No progress bar and no table; warnings stay
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the command; the exit status.
+pub fn run(args: &ConvergeArgs) -> Result<u8> {
+    let files = Files::new(&args.out)?;
+    let experiment = setup::experiment(args)?;
+    let stop = interrupt::requested()?;
+    let told = Told::new(args.quiet);
+    let Some(references) = references(args, &experiment, &files, &stop, &told)? else {
+        told.finish();
+        warn("stopped before there was a reference: nothing was measured; run the same command again");
+        return Ok(1);
+    };
+    let unfinished = files.unfinished();
+    let mut measured = match experiment.kept(&references, &unfinished) {
+        Some(kept) => {
+            warn(&format!("going on from {} with {} runs", unfinished.display(), kept.runs.len()));
+            kept
+        }
+        None => {
+            if unfinished.exists() {
+                warn(&format!("{}: of other runs, or damaged: starting anew", unfinished.display()));
+            }
+            experiment.start()
+        }
+    };
+    let finished = experiment.run(&references, &mut measured, &stop, &|done| told.run(done, &experiment));
+    let findings = analyze(&experiment, &references, &measured);
+    // A second wish to stop would end the program: after the first, what there is is written without new pictures.
+    let shown = match finished {
+        true => {
+            told.note("pictures at equal time");
+            equal_time::render(&experiment, &references, &findings, &stop)
+        }
+        false => Vec::new(),
+    };
+    told.finish();
+    let finished = finished && !stop.load(Ordering::Relaxed);
+    if !finished {
+        let (done, of) = (measured.runs.len(), experiment.run_count());
+        experiment.keep(&references, &measured, &unfinished)?;
+        warn(&format!(
+            "stopped after {done} of {of} runs: the report holds these, and the same command goes on from there"
+        ));
+    }
+    let command = setup::command();
+    files.write(&experiment, &references, &measured, &findings, &shown, &command, finished)?;
+    if finished {
+        files.remove_unfinished();
+    }
+    if !args.quiet {
+        print(&told::summary(&experiment, &findings, &args.out))?;
+    }
+    Ok(if finished { 0 } else { 1 })
+}
+
+/// One reference a case; `None` if stopped.
+fn references(
+    args: &ConvergeArgs,
+    experiment: &Experiment,
+    files: &Files,
+    stop: &AtomicBool,
+    told: &Told,
+) -> Result<Option<Vec<Reference>>> {
+    let how = setup::reference_configuration(experiment);
+    let budget = reference_budget(args, experiment);
+    let mut references = Vec::new();
+    for case in &experiment.cases {
+        let found = match &args.reference {
+            Some(path) => Some(setup::reference_from_file(path, experiment)?),
+            None => reference::closed_form(case, experiment),
+        };
+        if let Some(found) = found {
+            references.push(found);
+            continue;
+        }
+        let (path, key) = (files.reference(case), reference::key(case, experiment, how, budget));
+        if let Some(kept) = reference::kept(&path, &key, how) {
+            references.push(kept);
+            continue;
+        }
+        let heard = |part| told.reference(part, &case.light);
+        let Some(rendered) = reference::render(case, experiment, how, budget, stop, &heard) else { return Ok(None) };
+        reference::keep(&rendered, &key, &path)?;
+        references.push(rendered);
+    }
+    Ok(Some(references))
+}
+
+/// How long a rendered reference may be: long enough that its noise is small beside that of the longest runs.
+fn reference_budget(args: &ConvergeArgs, experiment: &Experiment) -> Budget {
+    match (args.reference_spp, experiment.budgets.last()) {
+        (Some(spp), _) => Budget::Spp(spp),
+        (None, Some(Budget::Time(time))) => Budget::Time(time.saturating_mul(16)),
+        (None, Some(Budget::Spp(spp))) => Budget::Spp(spp.saturating_mul(32)),
+        (None, None) => Budget::Spp(reference::PARTS),
+    }
+}
+
+/// The findings of one case, in the order of the configurations.
+fn of_case(findings: &[Finding], case: usize) -> impl Iterator<Item = &Finding> {
+    findings.iter().filter(move |finding| finding.case == case)
+}

@@ -1,0 +1,95 @@
+//! An interrupted render goes on where it was: its sums are kept beside the picture until it is finished.
+
+use super::warn;
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::image::unfinished::{self, Unfinished};
+use crate::render::Render;
+use crate::report::fingerprint;
+use crate::scene::SceneDesc;
+use crate::settings::{Crop, Settings};
+use std::path::{Path, PathBuf};
+
+/// The file that an interrupted render leaves, and what decides whether another render may go on from it.
+pub struct State {
+    path: PathBuf,
+    settings: Vec<(String, String)>,
+    /// Seconds that earlier calls have taken.
+    seconds: std::cell::Cell<f64>,
+}
+
+impl State {
+    /// That of a render to `output`.
+    pub fn new(output: &Path, scene: &SceneDesc, settings: &Settings, (film, crop): ((u32, u32), Crop)) -> State {
+        let mut path = output.as_os_str().to_owned();
+        path.push(".unfinished");
+        let depth = |depth: Option<u32>, none: &str| depth.map_or(none.to_owned(), |depth| depth.to_string());
+        let settings = [
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("scene", scene.name.clone()),
+            ("content of the scene", format!("{:016x}", fingerprint::scene(scene))),
+            ("strategy", settings.strategy.to_string()),
+            ("lights", settings.lights.to_string()),
+            ("sampler", settings.sampler.to_string()),
+            ("seed", settings.seed.to_string()),
+            ("max-depth", depth(settings.max_depth, "unbounded")),
+            ("rr-depth", depth(settings.rr_depth, "off")),
+            ("film", format!("{} x {}", film.0, film.1)),
+            ("crop", format!("{},{},{},{}", crop.x, crop.y, crop.width, crop.height)),
+        ];
+        let settings = settings.map(|(name, value)| (name.to_owned(), value)).to_vec();
+        State { path: path.into(), settings, seconds: std::cell::Cell::new(0.0) }
+    }
+
+    /// What there is to go on from; `settings.time` is cut by what has been used of it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] and [`Error::Parse`] if the file is of another render, or damaged: it is left as it is.
+    pub fn read(&self, settings: &mut Settings) -> Result<Option<Film>> {
+        if !self.path.exists() {
+            return Ok(None);
+        }
+        let found = unfinished::read(&self.path)?;
+        let path = self.path.display();
+        let differs = self.settings.iter().zip(&found.settings).find(|(own, theirs)| own != theirs);
+        if let Some(((name, own), (_, theirs))) = differs {
+            return Err(Error::Usage(format!(
+                "{path}: an unfinished render with {name} {theirs}, and this one has {own}; finish it first, delete that \
+                 file, or write to another picture"
+            )));
+        }
+        if found.film.spp > settings.spp {
+            return Err(Error::Usage(format!(
+                "{path}: an unfinished render that has {} samples a pixel, more than {}; ask for more samples or delete \
+                 that file",
+                found.film.spp, settings.spp
+            )));
+        }
+        warn(&format!("going on from {path} with {} samples a pixel", found.film.spp));
+        self.seconds.set(found.seconds);
+        let used = std::time::Duration::try_from_secs_f64(found.seconds).unwrap_or_default();
+        settings.time = settings.time.map(|time| time.saturating_sub(used));
+        Ok(Some(found.film))
+    }
+
+    /// Keeps what `render`, which was to have `spp` samples a pixel, has come to.
+    pub fn keep(&self, render: &Render, spp: u32) -> Result<()> {
+        let film = render.film.clone();
+        let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
+        let done = film.spp;
+        let seconds = self.seconds.get() + render.stats.render_s;
+        unfinished::write(&self.path, &Unfinished { settings: self.settings.clone(), seconds, film })?;
+        let path = self.path.display();
+        warn(&format!("stopped after {done}{of} samples a pixel; the same command goes on from there ({path})"));
+        Ok(())
+    }
+
+    /// Removes the file of a render that is finished now.
+    pub fn remove(&self) {
+        if self.path.exists()
+            && let Err(error) = std::fs::remove_file(&self.path)
+        {
+            warn(&format!("{}: no longer needed, and cannot be removed: {error}", self.path.display()));
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Whether two scenes are the same, told by 64 bits.
+
+use crate::fingerprint::Fingerprint;
+use crate::scene::SceneDesc;
+use crate::scene::desc::EnvironmentDesc;
+
+/// A fingerprint of everything in `scene` that can change a picture; its name and warnings cannot.
+pub fn scene(scene: &SceneDesc) -> u64 {
+    let mut print = Fingerprint::default();
+    print.bytes(bytemuck::cast_slice(&scene.positions));
+    for triangle in &scene.triangles {
+        let [a, b, c] = triangle.vertices;
+        print.bytes(bytemuck::cast_slice(&[a, b, c, triangle.material, triangle.flipped as u32]));
+    }
+    for corner in &scene.corners {
+        print.bytes(bytemuck::cast_slice(&corner.normals));
+        print.bytes(bytemuck::cast_slice(&corner.uvs));
+    }
+    for texture in &scene.textures {
+        print.bytes(bytemuck::cast_slice(&[texture.width, texture.height]));
+        print.bytes(bytemuck::cast_slice(&texture.texels));
+    }
+    // `{:?}` writes every f64 with as many digits as tell it from its neighbours.
+    print.text(&format!("{:?} {:?} {:?}", scene.materials, scene.camera, scene.filter));
+    match &scene.environment {
+        Some(EnvironmentDesc::Map(map)) => {
+            print.text(&format!("{} {} {:?} {:?}", map.width, map.height, map.rotate, map.scale));
+            print.bytes(bytemuck::cast_slice(&map.texels));
+        }
+        other => print.text(&format!("{other:?}")),
+    }
+    print.value()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_shows_changes_the_fingerprint_and_a_name_does_not() {
+        let load = || SceneDesc::load(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/sky.toml")).unwrap();
+        let print = scene(&load());
+        let changed = |change: fn(&mut SceneDesc)| {
+            let mut other = load();
+            change(&mut other);
+            scene(&other) != print
+        };
+        assert!(!changed(|s| s.name = "other".into()));
+        assert!(changed(|s| s.positions[3][1] += 0.5));
+        assert!(changed(|s| s.triangles.swap(0, 1)));
+        assert!(changed(|s| s.materials[0].emission[2] += 1e-12));
+        assert!(changed(|s| s.camera.vertical_fov += 1e-9));
+        assert!(changed(|s| s.environment = None));
+    }
+}

@@ -1,0 +1,247 @@
+//! The error of one run, in the parts that statistics need: by tile and by region.
+
+use serde::{Deserialize, Serialize};
+
+use super::metrics::{FLOOR, variance_of_channel_mean};
+use crate::image::Image;
+use crate::settings::Crop;
+
+/// The picture is cut into this many columns and rows of tiles, the strata of the bootstrap.
+pub const TILES: usize = 32;
+
+/// A named part of the film.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// What it shows.
+    pub name: String,
+    /// Where it is.
+    pub area: Crop,
+}
+
+/// The error of a picture. Noise of the reference is subtracted and nothing is cut at 0, so means over runs are unbiased.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Mean squared error.
+    pub mse: f64,
+    /// Relative mean squared error.
+    pub relmse: f64,
+    /// Mean of picture - reference over pixels and channels.
+    pub bias: f64,
+    /// Standard error of `bias`.
+    pub bias_se: f64,
+    /// relMSE by region.
+    pub regions: Vec<f64>,
+    /// What each tile adds to `mse`.
+    pub mse_by_tile: Vec<f64>,
+    /// What each tile adds to `relmse`.
+    pub relmse_by_tile: Vec<f64>,
+}
+
+impl Measured {
+    /// The score of the bias; 0 where picture and reference agree exactly.
+    pub fn bias_z(&self) -> f64 {
+        if self.bias_se > 0.0 { self.bias / self.bias_se } else { 0.0 }
+    }
+}
+
+/// Measures `image` against `reference`, which has the same size and finite values.
+pub fn measure(image: &Image, reference: &Image, regions: &[Region]) -> Measured {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let share = 1.0 / (3.0 * image.pixels.len() as f64);
+    let mut mse_by_tile = vec![0.0; TILES * TILES];
+    let mut relmse_by_tile = vec![0.0; TILES * TILES];
+    let mut by_region = vec![0.0; regions.len()];
+    let (mut bias, mut residual) = (0.0, 0.0);
+    for (i, (a, b)) in image.pixels.iter().zip(&reference.pixels).enumerate() {
+        let (x, y) = (i % width, i / width);
+        let tile = y * TILES / height * TILES + x * TILES / width;
+        let noise = reference.variance.as_ref().map_or([0.0; 3], |variance| variance[i]);
+        let (mut squares, mut relative, mut difference) = (0.0, 0.0, 0.0);
+        for c in 0..3 {
+            let (value, truth) = (a[c] as f64, b[c] as f64);
+            let square = (value - truth).powi(2) - noise[c] as f64;
+            squares += square;
+            relative += square / (truth * truth + FLOOR);
+            difference += (value - truth) / 3.0;
+        }
+        mse_by_tile[tile] += squares * share;
+        relmse_by_tile[tile] += relative * share;
+        bias += difference;
+        residual += difference * difference;
+        for (sum, region) in by_region.iter_mut().zip(regions) {
+            *sum += if inside(region.area, x as u32, y as u32) { relative } else { 0.0 };
+        }
+    }
+    let pixels = image.pixels.len() as f64;
+    for (sum, region) in by_region.iter_mut().zip(regions) {
+        *sum /= 3.0 * region.area.width as f64 * region.area.height as f64;
+    }
+    Measured {
+        mse: mse_by_tile.iter().sum(),
+        relmse: relmse_by_tile.iter().sum(),
+        bias: bias / pixels,
+        bias_se: known_variance(image, reference).unwrap_or(residual).sqrt() / pixels,
+        regions: by_region,
+        mse_by_tile,
+        relmse_by_tile,
+    }
+}
+
+fn inside(area: Crop, x: u32, y: u32) -> bool {
+    (area.x..area.x + area.width).contains(&x) && (area.y..area.y + area.height).contains(&y)
+}
+
+/// Sum over pixels of the variance of (picture - reference), channels averaged. `None` where the picture's own is unknown
+/// (a sample a pixel): then the squared differences stand for it, which overstates it where there is bias, so a score
+/// errs towards 0.
+fn known_variance(image: &Image, reference: &Image) -> Option<f64> {
+    let sum = |image: &Image| image.variance.as_ref().map(|v| v.iter().map(variance_of_channel_mean).sum::<f64>());
+    let own = sum(image).filter(|sum| *sum > 0.0)?;
+    Some(own + sum(reference).unwrap_or(0.0))
+}
+
+/// Pictures of one configuration added up, each as often as it has samples: the least noisy picture all runs make together.
+#[derive(Clone, Debug, Default)]
+pub struct Pool {
+    samples: f64,
+    sum: Vec<[f64; 3]>,
+    /// Sum of samples^2 x variance of the mean.
+    variance: Vec<[f64; 3]>,
+}
+
+impl Pool {
+    /// Empty, for pictures of so many pixels.
+    pub fn new(pixels: usize) -> Pool {
+        Pool { samples: 0.0, sum: vec![[0.0; 3]; pixels], variance: vec![[0.0; 3]; pixels] }
+    }
+
+    /// Adds a picture of `spp` samples a pixel, if it knows its variance.
+    pub fn add(&mut self, image: &Image, spp: u32) {
+        let Some(variance) = image.variance.as_ref().filter(|_| spp > 1) else { return };
+        let weight = spp as f64;
+        self.samples += weight;
+        for (i, (pixel, variance)) in image.pixels.iter().zip(variance).enumerate() {
+            for c in 0..3 {
+                self.sum[i][c] += weight * pixel[c] as f64;
+                self.variance[i][c] += weight * weight * variance[c] as f64;
+            }
+        }
+    }
+
+    /// Everything in it, as numbers; see [`Pool::from_numbers`].
+    pub fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let sums = self.sum.iter().chain(&self.variance).flatten().copied();
+        std::iter::once(self.samples).chain(sums)
+    }
+
+    /// How many numbers a pool of so many pixels has.
+    pub fn count_of_numbers(pixels: usize) -> usize {
+        1 + 6 * pixels
+    }
+
+    /// The pool that [`Pool::numbers`] told, of [`Pool::count_of_numbers`] of them.
+    pub fn from_numbers(numbers: &[f64]) -> Pool {
+        let (samples, rest) = numbers.split_first().unwrap_or((&0.0, &[]));
+        let (sum, variance) = rest.split_at(rest.len() / 2);
+        let (sum, variance) = (sum.as_chunks().0.to_vec(), variance.as_chunks().0.to_vec());
+        Pool { samples: *samples, sum, variance }
+    }
+
+    /// Samples a pixel in it.
+    pub fn samples(&self) -> f64 {
+        self.samples
+    }
+
+    /// The picture and its variance; `None` if there is none.
+    pub fn image(&self, width: u32, height: u32) -> Option<Image> {
+        if self.samples == 0.0 {
+            return None;
+        }
+        let pixels = self.sum.iter().map(|sum| sum.map(|v| (v / self.samples) as f32)).collect();
+        let variance = self.variance.iter().map(|sum| sum.map(|v| (v / self.samples.powi(2)) as f32)).collect();
+        Some(Image { width, height, pixels, variance: Some(variance), metadata: Vec::new() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::metrics::compare;
+    use crate::sampler::{random_words, unit};
+
+    fn noisy(seed: u32, width: u32, height: u32, variance: f32) -> Image {
+        let value = |i: u32| {
+            let [r, g, b, _] = random_words(i, 0, 0, seed).map(unit);
+            [1.0, 2.0, 0.5].iter().zip([r, g, b]).map(|(mean, u)| mean + (u - 0.5) * (12.0 * variance).sqrt())
+        };
+        let pixel = |i: u32| {
+            let values: Vec<f32> = value(i).collect();
+            [values[0], values[1], values[2]]
+        };
+        let count = width * height;
+        Image {
+            width,
+            height,
+            pixels: (0..count).map(pixel).collect(),
+            variance: Some(vec![[variance; 3]; count as usize]),
+            metadata: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn tiles_and_regions_add_up_to_the_whole() {
+        let (a, b) = (noisy(1, 37, 21, 0.01), noisy(2, 37, 21, 0.0001));
+        let halves = [Crop { x: 0, y: 0, width: 20, height: 21 }, Crop { x: 20, y: 0, width: 17, height: 21 }];
+        let regions = halves.map(|area| Region { name: String::new(), area });
+        let (found, whole) = (measure(&a, &b, &regions), compare(&a, &b).unwrap());
+        let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        near(found.mse, whole.mse_raw - whole.noise_mse);
+        near(found.relmse, whole.relmse_raw - whole.noise_relmse);
+        near(found.bias, whole.bias);
+        near(found.bias_se, whole.bias_se.unwrap());
+        near((found.regions[0] * 20.0 + found.regions[1] * 17.0) / 37.0, found.relmse);
+    }
+
+    #[test]
+    fn the_noise_of_the_reference_vanishes_on_average() {
+        // Truth 1, 2, 0.5; picture and reference both with noise 0.01: what is left is the picture's.
+        let mse = |seed: u32| measure(&noisy(seed, 64, 64, 0.01), &noisy(seed + 100, 64, 64, 0.01), &[]).mse;
+        let mean = (0..20).map(mse).sum::<f64>() / 20.0;
+        // 20 x 12288 squares of a deviation of 0.02: a standard error of 0.00004.
+        assert!((mean - 0.01).abs() < 1.5e-4, "{mean}");
+    }
+
+    #[test]
+    fn without_variance_the_differences_stand_for_it() {
+        let mut a = noisy(3, 64, 64, 0.01);
+        let truth = noisy(4, 64, 64, 0.0);
+        let known = measure(&a, &truth, &[]).bias_se;
+        a.variance = Some(vec![[0.0; 3]; 4096]);
+        let told = measure(&a, &truth, &[]).bias_se;
+        // The channels of this noise are independent: a third of the variance that full correlation would have.
+        assert!((told * 3f64.sqrt() / known - 1.0).abs() < 0.05, "{told} {known}");
+        assert_eq!(measure(&truth, &truth, &[]).bias_z(), 0.0);
+    }
+
+    #[test]
+    fn a_pool_weighs_pictures_by_their_samples() {
+        let mut pool = Pool::new(1);
+        let one = |value: f32, variance: f32| Image {
+            width: 1,
+            height: 1,
+            pixels: vec![[value; 3]],
+            variance: Some(vec![[variance; 3]]),
+            metadata: Vec::new(),
+        };
+        assert!(pool.image(1, 1).is_none());
+        pool.add(&one(100.0, 0.0), 1);
+        pool.add(&one(1.0, 0.5), 2);
+        pool.add(&one(3.0, 0.25), 6);
+        let image = pool.image(1, 1).unwrap();
+        let again = Pool::from_numbers(&pool.numbers().collect::<Vec<_>>());
+        assert_eq!(again.image(1, 1), Some(image.clone()));
+        assert_eq!(pool.numbers().count(), Pool::count_of_numbers(1));
+        assert_eq!((image.pixels[0], pool.samples()), ([2.5; 3], 8.0));
+        assert_eq!(image.variance.unwrap()[0], [(4.0 * 0.5 + 36.0 * 0.25) / 64.0; 3]);
+    }
+}
