@@ -36,11 +36,11 @@ pub const LEAST_COSINE: f32 = 1e-3;
 
 /// Of a cluster of lights, what is added to squared distances, in squared radii: above the middle of an even disk its
 /// distance to the lights then has about the right mean.
-const CLUSTER_BLUR: f64 = 0.5;
+pub const CLUSTER_BLUR: f64 = 0.5;
 /// The same of a single light. More than its mean asks for: light that comes from a large solid angle is found by BSDF
 /// samples, so light samples do better elsewhere. (Measured on a room with a small lamp under a wide ceiling light:
 /// error 4.7e-3 at 0.5, 4.2e-3 at 2, 4.1e-3 at 4 and 8.)
-const LEAF_BLUR: f64 = 4.0;
+pub const LEAF_BLUR: f64 = 4.0;
 
 /// Up to eight clusters of lights, one column a quantity.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
