@@ -35,12 +35,17 @@ pub fn sample_lights(lights: &LightTable, points: &SurfacePoints, active: Mask8,
     let (word, fork) = (words[0], words[3] << 1);
     let u = [unit_x8(words[1]), unit_x8(words[2])];
     match (lights.environment, lights.records.is_empty()) {
-        (None, _) => sample_triangles(lights, points, active, word, u),
-        (Some(environment), true) => sample_environment(lights, environment, points, [word, fork], u),
+        (None, _) => sample_triangles(lights, points, (active, F32x8::ONE), word, u),
+        (Some(environment), true) => {
+            let probability = F32x8::splat(lights.environment_probability);
+            sample_environment(environment, points, probability, [word, fork], u)
+        }
         (Some(environment), false) => {
-            let sky = (word >> 29).lt_signed(eighths(lights, &receivers_of(points)));
-            let a = sample_environment(lights, environment, points, [word << 3, fork], u);
-            let b = sample_triangles(lights, points, active.and_not(sky), word << 3, u);
+            let eighths = eighths(lights, &receivers_of(points));
+            let sky = (word >> 29).lt_signed(eighths);
+            let probability = environment_part(lights, eighths);
+            let a = sample_environment(environment, points, probability, [word << 3, fork], u);
+            let b = sample_triangles(lights, points, (active.and_not(sky), triangle_part(eighths)), word << 3, u);
             LightSamples {
                 valid: (sky & a.valid) | b.valid.and_not(sky),
                 direction: sky.select_vec3(a.direction, b.direction),
@@ -80,22 +85,25 @@ fn eighths(lights: &LightTable, receivers: &Receivers) -> U32x8 {
     }
 }
 
-/// Under a light tree, the probabilities with which light samples go to the triangles.
+/// Under a light tree, the probabilities with which light samples go to the triangles beside an environment.
 #[inline(always)]
-fn triangle_share(lights: &LightTable, receivers: &Receivers) -> F32x8 {
-    if lights.environment.is_none() {
-        return F32x8::ONE;
+fn triangle_part(eighths: U32x8) -> F32x8 {
+    (U32x8::splat(8) - eighths).to_f32() * F32x8::splat(0.125)
+}
+
+/// The probabilities with which light samples go to the environment beside triangles.
+#[inline(always)]
+fn environment_part(lights: &LightTable, eighths: U32x8) -> F32x8 {
+    match &lights.selection {
+        Selection::Tree(_) => eighths.to_f32() * F32x8::splat(0.125),
+        _ => F32x8::splat(lights.environment_probability),
     }
-    (U32x8::splat(8) - eighths(lights, receivers)).to_f32() * F32x8::splat(0.125)
 }
 
 /// The probabilities with which light samples go to the environment.
 #[inline(always)]
 pub fn environment_probability(lights: &LightTable, receivers: &Receivers) -> F32x8 {
-    match &lights.selection {
-        Selection::Tree(_) => eighths(lights, receivers).to_f32() * F32x8::splat(0.125),
-        _ => F32x8::splat(lights.environment_probability),
-    }
+    environment_part(lights, eighths(lights, receivers))
 }
 
 /// The radiance that lights (`columns`: their gathered records) emit at points of them; 0 where they are cut out.
@@ -129,18 +137,19 @@ fn selection_probabilities(lights: &LightTable, light: U32x8) -> F32x8 {
     }
 }
 
+/// `part`: under a light tree, the part of all light samples that go to triangles; only lanes of `active` are asked for.
 #[inline(always)]
 fn sample_triangles(
     lights: &LightTable,
     points: &SurfacePoints,
-    active: Mask8,
+    (active, part): (Mask8, F32x8),
     word: U32x8,
     u: [F32x8; 2],
 ) -> LightSamples {
     let (chosen, probability) = match &lights.selection {
         Selection::Tree(tree) => {
             let (chosen, probability) = choose_lights(tree, &receivers_of(points), active, word);
-            (chosen, probability * triangle_share(lights, &receivers_of(points)))
+            (chosen, probability * part)
         }
         _ => {
             let chosen = choose_triangles(lights, word);
@@ -198,7 +207,11 @@ pub fn light_pdf_dir(
 ) -> F32x8 {
     let probability = match &lights.selection {
         Selection::Tree(tree) => {
-            light_probabilities(tree, receivers, active, light) * triangle_share(lights, receivers)
+            let part = match lights.environment {
+                Some(_) => triangle_part(eighths(lights, receivers)),
+                None => F32x8::ONE,
+            };
+            light_probabilities(tree, receivers, active, light) * part
         }
         _ => selection_probabilities(lights, light),
     };
@@ -208,11 +221,12 @@ pub fn light_pdf_dir(
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance.
+/// `probability`: the part of all light samples that come here.
 #[inline(always)]
 fn sample_environment(
-    lights: &LightTable,
     environment: EnvironmentLight,
     points: &SurfacePoints,
+    probability: F32x8,
     words: [U32x8; 2],
     u: [F32x8; 2],
 ) -> LightSamples {
@@ -233,7 +247,7 @@ fn sample_environment(
         direction,
         cosine,
         radiance,
-        pdf_dir: environment_probability(lights, &receivers_of(points)) * pdf_dir,
+        pdf_dir: probability * pdf_dir,
         shadow_direction: direction,
         shadow_tmax: F32x8::splat(f32::INFINITY),
     }

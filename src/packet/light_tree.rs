@@ -129,17 +129,7 @@ impl Walk {
             lanes &= lanes - 1;
             let splat = |v: &[[f32; LANES]; 3]| Vec3x8::splat([v[0][lane], v[1][lane], v[2][lane]]);
             let node = &tree.nodes[node[lane] as usize];
-            let load = |column: &[f32; WIDTH]| F32x8::from_array(*column);
-            let vector = |v: &[[f32; WIDTH]; 3]| Vec3x8::new(load(&v[0]), load(&v[1]), load(&v[2]));
-            let clusters = Clusters {
-                center: vector(&node.center),
-                half: vector(&node.half),
-                axis: vector(&node.axis),
-                spread: load(&node.spread),
-                depth: load(&node.depth),
-                blur: load(&node.blur),
-                power: load(&node.power),
-            };
+            let clusters = Clusters::of(node, |column| F32x8::from_array(*column));
             rows[lane] = clusters.importance(splat(&origin), splat(&normal));
         }
         F32x8::transpose(rows)
@@ -180,17 +170,7 @@ fn sum(columns: &[F32x8; WIDTH]) -> F32x8 {
 fn for_eight_points(node: &LightNode, receivers: &Receivers) -> [F32x8; WIDTH] {
     let mut importances = [F32x8::ZERO; WIDTH];
     for (column, importance) in importances.iter_mut().enumerate().take_while(|(column, _)| node.power[*column] > 0.0) {
-        let splat = |columns: &[f32; WIDTH]| F32x8::splat(columns[column]);
-        let vector = |v: &[[f32; WIDTH]; 3]| Vec3x8::new(splat(&v[0]), splat(&v[1]), splat(&v[2]));
-        let clusters = Clusters {
-            center: vector(&node.center),
-            half: vector(&node.half),
-            axis: vector(&node.axis),
-            spread: splat(&node.spread),
-            depth: splat(&node.depth),
-            blur: splat(&node.blur),
-            power: splat(&node.power),
-        };
+        let clusters = Clusters::of(node, |columns| F32x8::splat(columns[column]));
         *importance = clusters.importance(receivers.origin, receivers.normal);
     }
     importances
@@ -208,6 +188,21 @@ struct Clusters {
 }
 
 impl Clusters {
+    /// Those of a node, or one of them eight times: as `lanes` takes them from the columns.
+    #[inline(always)]
+    fn of(node: &LightNode, lanes: impl Fn(&[f32; WIDTH]) -> F32x8) -> Clusters {
+        let vector = |v: &[[f32; WIDTH]; 3]| Vec3x8::new(lanes(&v[0]), lanes(&v[1]), lanes(&v[2]));
+        Clusters {
+            center: vector(&node.center),
+            half: vector(&node.half),
+            axis: vector(&node.axis),
+            spread: lanes(&node.spread),
+            depth: lanes(&node.depth),
+            blur: lanes(&node.blur),
+            power: lanes(&node.power),
+        }
+    }
+
     /// Roughly what they can send to eight receivers: see the scalar twin.
     #[inline(always)]
     fn importance(&self, origin: Vec3x8, normal: Vec3x8) -> F32x8 {
