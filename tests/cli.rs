@@ -1,6 +1,10 @@
 //! The program from outside: exit codes, messages, files.
 
+#[path = "common/program.rs"]
+mod program;
+
 use octray::image::Image;
+use program::{Place, octray, stderr};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,14 +12,6 @@ use std::process::{Command, Output};
 const CORNELL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
 /// Settings under which a test render takes a moment.
 const SMALL: [&str; 6] = ["--width", "16", "--height", "16", "--spp", "1"];
-
-fn octray(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_octray")).args(arguments).output().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
@@ -29,16 +25,7 @@ fn refused(arguments: &[&str], status: i32, message: &str) {
     assert_eq!(stdout(&output), "", "{arguments:?}");
 }
 
-/// A directory, and paths in it as text.
-struct Place(tempfile::TempDir);
-
 impl Place {
-    fn new() -> Place {
-        Place(tempfile::tempdir().unwrap())
-    }
-    fn path(&self, name: &str) -> String {
-        self.0.path().join(name).to_str().unwrap().to_owned()
-    }
     fn is_empty(&self) -> bool {
         fs::read_dir(self.0.path()).unwrap().next().is_none()
     }

@@ -1,35 +1,21 @@
 //! `octray converge` from outside: what it finds on scenes whose answers are known, and what it writes.
 
+#[path = "common/program.rs"]
+mod program;
+
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use program::{Place, octray, stderr};
 use scraper::{Html, Selector};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 const CORNELL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
 const FURNACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/furnace.toml");
 const LIGHTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/lecture_lights.toml");
 
-fn octray(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_octray")).args(arguments).output().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// A directory for reports.
-struct Place(tempfile::TempDir);
-
 impl Place {
-    fn new() -> Place {
-        Place(tempfile::tempdir().unwrap())
-    }
-    fn path(&self, name: &str) -> String {
-        self.0.path().join(name).to_str().unwrap().to_owned()
-    }
     /// Measures `scene` with `flags`; what `converge.json` says.
     fn converge(&self, scene: &str, flags: &[&str]) -> Value {
         let out = self.path("report");

@@ -1,29 +1,16 @@
 //! `octray diff` from outside: its figures against other people's arithmetic, its messages for bad input.
 
+#[path = "common/program.rs"]
+mod program;
+
 use octray::image::Image;
 use octray::report::metrics::compare;
+use program::{Place, octray, stderr};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn octray(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_octray")).args(arguments).output().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// A directory, and paths in it as text.
-struct Place(tempfile::TempDir);
+use std::process::Output;
 
 impl Place {
-    fn new() -> Place {
-        Place(tempfile::tempdir().unwrap())
-    }
-    fn path(&self, name: &str) -> String {
-        self.0.path().join(name).to_str().unwrap().to_owned()
-    }
     /// A PFM file, bottom row first as the format has it.
     fn pfm(&self, name: &str, width: u32, height: u32, value: impl Fn(u32, u32, u32) -> f32) -> String {
         let mut bytes = format!("PF\n{width} {height}\n-1.0\n").into_bytes();

@@ -1,23 +1,18 @@
 //! Where renders stop: at a target error that is what it says, at an interrupt, and how they go on after one.
 
 mod common;
+#[path = "common/program.rs"]
+mod program;
 
 use common::{first_difference, prepared, small};
 use octray::image::Image;
 use octray::{Engine, Film, Sampler, Settings, Strategy, render, render_from};
+use program::{octray, stderr};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
 const CORNELL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
-
-fn octray(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_octray")).args(arguments).output().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 /// The error of `film`: root mean square over pixels and channels, by the mean of the truth.
 fn true_error(film: &Film, truth: &Film) -> f64 {
