@@ -68,6 +68,7 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod api;
 pub mod bvh;
 pub mod camera;
 #[cfg(feature = "cli")]
@@ -78,8 +79,10 @@ pub mod error;
 pub mod film;
 pub mod fingerprint;
 pub mod image;
+pub mod import;
 pub mod lanes;
 pub mod math;
+pub mod nearest;
 pub mod packet;
 pub mod reference;
 pub mod render;
@@ -90,13 +93,15 @@ pub mod scene;
 pub mod settings;
 pub mod setup;
 pub mod stats;
+pub mod tables;
 pub mod trace;
 
+pub use api::Scene;
 pub use error::{Error, Result};
 pub use film::Film;
 pub use render::{Render, render, render_from, render_with};
-pub use scene::{PreparedScene, Scene};
 pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};
+pub use tables::PreparedScene;
 
 /// The examples of README.md, compiled with the documentation tests.
 #[cfg(doctest)]

@@ -78,7 +78,7 @@ pub fn atan2_turns(y: f32, x: f32) -> f32 {
 }
 
 /// The arc cosine of `y` in half turns, in [0, 1]; what lies beyond -1 or 1 counts as -1 or 1. Absolute error below 4e-6,
-/// enough to find a row of a table, whose edges then decide ([`crate::scene::environment`]).
+/// enough to find a row of a table, whose edges then decide ([`crate::tables::lights::environment`]).
 #[inline]
 pub fn acos_half_turns(y: f32) -> f32 {
     let a = y.abs();

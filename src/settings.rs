@@ -66,7 +66,7 @@ named_choice! {
         Uniform = "uniform",
         /// In proportion to emitted power.
         Power = "power",
-        /// By what each light can send to the point, found in a tree ([`crate::scene::light_tree`]). The default.
+        /// By what each light can send to the point, found in a tree ([`crate::tables::lights::tree`]). The default.
         Tree = "tree",
     }
 }

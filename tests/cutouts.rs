@@ -24,7 +24,7 @@ fn mask(name: &str, width: u32, texels: &[u8]) -> MaskDesc {
 /// Cuts `material` out by mask number `mask`, `repeats` times over its coordinates.
 fn cut(maker: &mut Maker, material: u32, mask: u32, repeats: f64) {
     let used = TextureUse { texture: mask, scale: [repeats; 2], offset: [0.0; 2] };
-    maker.desc.materials[material as usize].cutout = Some(used);
+    maker.desc.materials[material as usize].alpha_mask = Some(used);
 }
 
 /// A quad with coordinates 0 to 1 along its first and its last side.
@@ -306,21 +306,21 @@ fn load(mtl: &str, more: Option<&str>) -> Result<SceneDesc, String> {
 fn mtl_and_toml_name_masks() {
     let at = |scale, offset| Some(TextureUse { texture: 0, scale, offset });
     let scene = load("newmtl m\nKd 0.5 0.5 0.25\nmap_d -s 2 3 -o 0.5 grey mask.png\n", None).unwrap();
-    assert_eq!(scene.materials[0].cutout, at([2.0, 3.0], [0.5, 0.0]));
+    assert_eq!(scene.materials[0].alpha_mask, at([2.0, 3.0], [0.5, 0.0]));
     assert_eq!((scene.masks.len(), &scene.masks[0].texels[..]), (1, &[40, 41][..]), "grey, from the top, not sRGB");
     assert_eq!(scene.textures.len(), 0, "a mask is no texture");
     let scene = load("newmtl m\nmap_d alpha.png\nmap_Kd alpha.png\n", None).unwrap();
     assert_eq!((&scene.masks[0].texels[..], scene.textures.len()), (&[7, 8][..], 1), "alpha, where there is one");
     for mtl in ["newmtl m\nKd 1 1 1\nmap_d gone.png\n", "newmtl m\nKd 1 1 1\nmap_d bad.png\n"] {
         let scene = load(mtl, None).unwrap();
-        assert_eq!(scene.materials[0].cutout, None);
+        assert_eq!(scene.materials[0].alpha_mask, None);
         let warned = scene.warnings.iter().any(|w| w.contains("cannot read the cut-out of material `m`"));
         assert!(warned, "{:?}", scene.warnings);
     }
     let plain = "newmtl m\nKd 0.5 0.5 0.5\n";
     for kind in ["diffuse", "mirror", "conductor", "dielectric", "plastic"] {
         let more = format!("[material.m]\nkind = '{kind}'\ncutout = 'alpha.png'\n");
-        assert_eq!(load(plain, Some(&more)).unwrap().materials[0].cutout, at([1.0; 2], [0.0; 2]), "{kind}");
+        assert_eq!(load(plain, Some(&more)).unwrap().materials[0].alpha_mask, at([1.0; 2], [0.0; 2]), "{kind}");
     }
     let scene = load("newmtl m\nmap_d alpha.png\n", Some("[material.m]\ncutout = 'grey mask.png'\n")).unwrap();
     assert_eq!(scene.masks.len(), 1, "the entry's mask replaces the MTL's");
@@ -353,7 +353,7 @@ fn the_leaf_is_what_its_function_makes() {
 }
 
 #[test]
-#[ignore = "writes a file of the repository: cargo test --test cutouts make_the_leaf -- --ignored"]
+#[ignore = "writes a file of the repository: cargo test --test alpha_masks make_the_leaf -- --ignored"]
 fn make_the_leaf() {
     leaf().save(leaf_file()).expect("scenes/leaf.png");
 }

@@ -4,12 +4,13 @@ mod common;
 
 use common::{Maker, estimate, exact_strategies, first_difference, small};
 use glam::DVec3;
-use octray::lanes::{self, F32x8, LANES, U32x8, Vec3x8};
-use octray::packet::environment as environment_x8;
+use octray::lanes;
+use octray::lanes::{F32x8, LANES, U32x8, Vec3x8};
+use octray::packet::lights::environment as environment_x8;
 use octray::reference::{double, single};
 use octray::sampler::{random_words, unit};
 use octray::scene::desc::{EnvironmentDesc, MapDesc, Scattering};
-use octray::scene::environment::{Distribution, EnvironmentMap};
+use octray::tables::lights::environment::{Distribution, EnvironmentMap};
 use octray::{Crop, Engine, PreparedScene, Settings, Strategy, math, render};
 use std::f64::consts::PI;
 
@@ -86,11 +87,15 @@ fn sampling_and_looking_up_have_the_same_bits_on_lanes() {
                 let pdf = environment_x8::map_pdf_dir(distribution, &texels).to_array();
                 for i in 0..LANES {
                     let w = words[i];
-                    let (wanted, texel) =
-                        single::environment::sample_map(&map, distribution, [w[0], w[3]], [unit(w[1]), unit(w[2])]);
+                    let (wanted, texel) = single::lights::environment::sample_map(
+                        &map,
+                        distribution,
+                        [w[0], w[3]],
+                        [unit(w[1]), unit(w[2])],
+                    );
                     assert_eq!(bits(lane(direction, i)), bits(wanted.to_array()));
                     assert_eq!(bits(lane(texels.radiance, i)), bits(texel.radiance));
-                    let wanted = single::environment::map_pdf_dir(distribution, &texel);
+                    let wanted = single::lights::environment::map_pdf_dir(distribution, &texel);
                     assert_eq!(pdf[i].to_bits(), wanted.to_bits());
                     assert!(wanted > 0.0, "a texel of density 0 was drawn");
                 }
@@ -99,7 +104,7 @@ fn sampling_and_looking_up_have_the_same_bits_on_lanes() {
         for block in directions(8000).chunks_exact(LANES) {
             let index = environment_x8::texel_indices(&map, lanes3(block)).to_array();
             for i in 0..LANES {
-                let wanted = single::environment::texel_index(&map, block[i].into());
+                let wanted = single::lights::environment::texel_index(&map, block[i].into());
                 assert_eq!(index[i] as usize, wanted, "{:?}", block[i]);
             }
         }
@@ -113,7 +118,7 @@ fn a_sampled_direction_is_looked_up_where_it_was_drawn() {
             let map = rugged(width, height, rotate);
             let uniform = Distribution {
                 columns: (0..width * height)
-                    .map(|alias| octray::scene::lights::AliasColumn { threshold: 0, alias })
+                    .map(|alias| octray::tables::lights::table::AliasColumn { threshold: 0, alias })
                     .collect(),
                 floor: 0.0,
                 factor: 1.0,
@@ -123,18 +128,18 @@ fn a_sampled_direction_is_looked_up_where_it_was_drawn() {
                 // Not at the very rim of a texel, where rounding decides.
                 let inside = |w: u32| 0.002 + 0.996 * unit(w);
                 let u = [inside(w[1]), inside(w[2])];
-                let (direction, _) = single::environment::sample_map(&map, &uniform, [w[0], 0], u);
+                let (direction, _) = single::lights::environment::sample_map(&map, &uniform, [w[0], 0], u);
                 let index = uniform.choose(w[0], 0) as usize;
                 // The rows at the poles are a few hundred f32 high: in the largest map the rim is wider there.
                 let polar = height > 512 && (index < 2 * width as usize || index >= ((height - 2) * width) as usize);
-                let found = single::environment::texel_index(&map, direction);
+                let found = single::lights::environment::texel_index(&map, direction);
                 assert!(polar || found == index, "{width} x {height}, {direction}: {found} instead of {index}");
                 let u = u.map(f64::from);
-                let (wide, _) = double::environment::sample_map(&map, &uniform, [w[0], 0], u);
+                let (wide, _) = double::lights::environment::sample_map(&map, &uniform, [w[0], 0], u);
                 // Near the poles the height's last bit decides the distance from the axis.
                 let bound = 5e-7 + 1.2e-7 / wide.x.hypot(wide.z).max(1e-3);
                 assert!((wide - direction.as_dvec3()).length() < bound, "{wide} {direction}");
-                assert!(polar || double::environment::texel_index(&map, wide) == index);
+                assert!(polar || double::lights::environment::texel_index(&map, wide) == index);
             }
         }
     }
@@ -148,7 +153,7 @@ fn densities_integrate_to_one_and_cover_what_shines() {
         assert!((sphere / (4.0 * PI) - 1.0).abs() < 1e-10, "the texels tile the sphere: {sphere}");
         for compensated in [false, true] {
             let distribution = map.distribution(compensated);
-            let pdf = |i: usize| single::environment::map_pdf_dir(distribution, &map.texels[i]) as f64;
+            let pdf = |i: usize| single::lights::environment::map_pdf_dir(distribution, &map.texels[i]) as f64;
             let total: f64 = (0..map.texels.len()).map(|i| pdf(i) * map.solid_angle(i)).sum();
             assert!((total - 1.0).abs() < 2e-6, "{width} x {height}, compensated: {compensated}: {total}");
             let shines = |i: &usize| map.texels[*i].radiance != [0.0; 3];
@@ -175,13 +180,13 @@ fn samples_follow_their_densities() {
             for i in 0..SAMPLES {
                 let w = random_words(i, 7, 1, 4);
                 let u = [unit(w[1]), unit(w[2])];
-                let (direction, _) = single::environment::sample_map(&map, distribution, [w[0], w[3]], u);
+                let (direction, _) = single::lights::environment::sample_map(&map, distribution, [w[0], w[3]], u);
                 let quarter = (u[0] >= 0.5) as usize + 2 * (u[1] >= 0.5) as usize;
-                counts[single::environment::texel_index(&map, direction)][quarter] += 1;
+                counts[single::lights::environment::texel_index(&map, direction)][quarter] += 1;
             }
             let (mut chi, mut cells, mut rest) = (0.0, 0.0, [0.0; 2]);
             for (i, quarters) in counts.iter().enumerate() {
-                let pdf = single::environment::map_pdf_dir(distribution, &map.texels[i]) as f64;
+                let pdf = single::lights::environment::map_pdf_dir(distribution, &map.texels[i]) as f64;
                 let expected = SAMPLES as f64 * pdf * map.solid_angle(i) / 4.0;
                 for &count in quarters {
                     if expected < 10.0 {

@@ -5,12 +5,12 @@ mod common;
 use common::Maker;
 use glam::{DVec3, Vec3};
 use octray::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-use octray::packet::light_tree as lanes;
-use octray::reference::single::light_tree::{Receiver, choose_light, environment_eighths, light_probability};
+use octray::packet::lights::tree as lanes;
+use octray::reference::single::lights::tree::{Receiver, choose_light, environment_eighths, light_probability};
 use octray::sampler::{random_words, unit};
 use octray::scene::desc::EnvironmentDesc;
-use octray::scene::light_tree::LightTree;
-use octray::scene::lights::{LightTable, Selection};
+use octray::tables::lights::table::{LightTable, Selection};
+use octray::tables::lights::tree::LightTree;
 use octray::{Lights, PreparedScene, Settings, Strategy, render};
 
 /// Numbers in [0, 1), by address.

@@ -7,7 +7,7 @@ use common::{Maker, chi_square_z, estimate, exact_strategies, first_difference, 
 use octray::reference::double::{Real, Vec3, bsdf};
 use octray::sampler::{random_words, unit};
 use octray::scene::desc::{MaterialDesc, Scattering};
-use octray::scene::material::MaterialRecord;
+use octray::tables::materials::MaterialRecord;
 use octray::{Engine, Lights, Scene, Settings, Strategy, render};
 
 const GOLD: ([f64; 3], [f64; 3]) = ([0.143, 0.375, 1.442], [3.983, 2.386, 1.603]);

@@ -11,9 +11,9 @@ mod views;
 use common::chi_square_z;
 use glam::{DVec3, Vec3};
 use octray::lanes::{F32x8, LANES, Vec3x8};
-use octray::packet::solid_angle::solid_angles;
+use octray::packet::lights::triangle::solid_angles;
 use octray::reference::double;
-use octray::reference::single::solid_angle::solid_angle;
+use octray::reference::single::lights::triangle::solid_angle;
 use std::f64::consts::PI;
 use views::*;
 
@@ -70,7 +70,7 @@ fn the_density_is_one_over_the_solid_angle_and_f32_is_close_to_f64() {
     for i in 0..20_000 {
         let (triangle, eye) = random_view(i, 10.0_f64.powf(-3.0 + 7.0 * f64::from(i) / 20_000.0));
         let Some(seen) = solid_angle(&triangle, 1e-20, eye) else { continue };
-        let Some(exact) = double::solid_angle::solid_angle(&triangle, 1e-20, eye.as_dvec3()) else { continue };
+        let Some(exact) = double::lights::triangle::solid_angle(&triangle, 1e-20, eye.as_dvec3()) else { continue };
         let truth = solid_angle_f64(triangle.map(|v| Vec3::from(v).as_dvec3()), eye.as_dvec3());
         // The densities of the cells add up to one: the density integrates to 1.
         let whole: f64 = cells(&triangle).into_iter().map(|c| solid_angle_f64(c, eye.as_dvec3()) / truth).sum();
@@ -108,7 +108,7 @@ const DIRECTION_ERROR: [f64; 3] = [1e-6, 5e-3, 0.1];
 
 #[test]
 fn the_two_ways_join_without_a_jump() {
-    use double::solid_angle::solid_angle;
+    use double::lights::triangle::solid_angle;
     let (mut joins, mut worst) = (0, 0.0_f64);
     for i in 0..2_000 {
         let (triangle, eye) = random_view(i, 1.0);

@@ -1,11 +1,12 @@
 //! Building the tree, looking at it, checking it.
 
-use super::collapse;
-use super::huge::Table;
-use super::node::{Child, LeafBlock, NO_TRIANGLE, Node};
-use super::sah::{self, PrimBox};
-use super::walk_flat::Flat;
-use super::walk_single::Tables;
+use crate::bvh::collapse;
+use crate::bvh::huge::Table;
+use crate::bvh::node::{Child, LeafBlock, NO_TRIANGLE, Node};
+use crate::bvh::sah;
+use crate::bvh::sah::PrimBox;
+use crate::bvh::walk_flat::Flat;
+use crate::bvh::walk_single::Tables;
 use crate::lanes::LANES;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 

@@ -3,8 +3,8 @@
 //! standing for it by one to seven wide subtrees. It fills 7.1 of 8 slots where a greedy collapse fills 4.1, halves the
 //! nodes and gave 5 to 10 % on big scenes, up to 35 % on a box of 36 triangles. The cost constants hardly matter.
 
-use super::node::{LeafBlock, Node, leaf_word};
-use super::sah::Area;
+use crate::bvh::node::{LeafBlock, Node, leaf_word};
+use crate::bvh::sah::Area;
 use crate::lanes::LANES;
 use glam::Vec3;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};

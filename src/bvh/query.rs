@@ -1,11 +1,13 @@
 //! Questions to the tree: by packet, by queue, by stream; which walk answers them.
 
-use super::build::Bvh;
-use super::ray::{HitPacket, HitQueue, RayPacket, RayQueue};
-use super::walk_flat;
-use super::walk_packet::{self, PacketStack};
-use super::walk_single::{self, Hit, Stack};
-use super::walk_stream::{CHUNK, Stream};
+use crate::bvh::build::Bvh;
+use crate::bvh::ray::{HitPacket, HitQueue, RayPacket, RayQueue};
+use crate::bvh::walk_flat;
+use crate::bvh::walk_packet;
+use crate::bvh::walk_packet::PacketStack;
+use crate::bvh::walk_single;
+use crate::bvh::walk_single::{Hit, Stack};
+use crate::bvh::walk_stream::{CHUNK, Stream};
 use crate::lanes::{F32x8, LANES, Mask8};
 use std::cell::RefCell;
 use std::ops::Range;

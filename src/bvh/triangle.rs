@@ -28,9 +28,9 @@
 //! its triangles. Slivers widen "to the last bits" by their aspect; rays exactly in an axis-parallel plane are not
 //! concerned: their determinant is 0.
 
-use super::node::LeafBlock;
-use super::ray::{HitPacket, NO_HIT};
-use super::walk_single::Hit;
+use crate::bvh::node::LeafBlock;
+use crate::bvh::ray::{HitPacket, NO_HIT};
+use crate::bvh::walk_single::Hit;
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 
 /// What the test knows of a ray and a triangle before it divides.

@@ -8,11 +8,11 @@
 //! - triangles come by descending id, so that on equal `t` the later one is right;
 //! - whether a triangle is hit is not asked by a branch, which would be mispredicted half the time (17 to 25 %).
 
-use super::WalkCounters;
-use super::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use super::ray::{HitPacket, RayPacket};
-use super::triangle::{Best, dominant_axis8, edges, sheared};
-use super::walk_packet::{finite, without_garbage};
+use crate::bvh::WalkCounters;
+use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
+use crate::bvh::ray::{HitPacket, RayPacket};
+use crate::bvh::triangle::{Best, dominant_axis8, edges, sheared};
+use crate::bvh::walk_packet::{finite, without_garbage};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// The most corners in a leaf.

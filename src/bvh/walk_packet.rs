@@ -1,11 +1,12 @@
 //! Eight rays at a time through the tree: one stack, a node is entered by all lanes whose rays hit its box.
 
-use super::WalkCounters;
-use super::boxes::{EightRaysBoxes, Interval, WIDENING};
-use super::node::{block_of, is_leaf, triangles_in};
-use super::ray::{HitPacket, RayPacket};
-use super::triangle::{Best, EightRays};
-use super::walk_single::{self, Ray, Stack, Tables};
+use crate::bvh::WalkCounters;
+use crate::bvh::boxes::{EightRaysBoxes, Interval, WIDENING};
+use crate::bvh::node::{block_of, is_leaf, triangles_in};
+use crate::bvh::ray::{HitPacket, RayPacket};
+use crate::bvh::triangle::{Best, EightRays};
+use crate::bvh::walk_single;
+use crate::bvh::walk_single::{Ray, Stack, Tables};
 use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
 
 /// Nodes and leaves still to be visited, with every lane's distance: infinite where its ray misses the box.

@@ -1,10 +1,10 @@
 //! One ray at a time: eight boxes, eight triangles at once.
 
-use super::boxes::{OneRayBoxes, WIDENING};
-use super::node::{LeafBlock, Node, block_of, is_leaf};
-use super::ray::NO_HIT;
-use super::sort::sort_children;
-use super::triangle::OneRay;
+use crate::bvh::boxes::{OneRayBoxes, WIDENING};
+use crate::bvh::node::{LeafBlock, Node, block_of, is_leaf};
+use crate::bvh::ray::NO_HIT;
+use crate::bvh::sort::sort_children;
+use crate::bvh::triangle::OneRay;
 use crate::lanes::{F32x8, LANES, U32x8};
 
 /// A ray as the one-ray walks take it.
@@ -17,7 +17,7 @@ pub(super) struct Ray {
 }
 
 impl Ray {
-    /// Whether it is made of numbers, as [`super::walk_packet::finite`] has it.
+    /// Whether it is made of numbers, as [`crate::bvh::walk_packet::finite`] has it.
     #[inline(always)]
     fn is_finite(&self) -> bool {
         let [[ox, oy, oz], [dx, dy, dz]] = [self.origin, self.direction];

@@ -5,14 +5,14 @@
 //! node, a leaf, nothing; a step takes a slot from one list and appends it to another without a branch. The ground of every
 //! stack is a sentinel that is never culled, so popping does not ask whether there is anything left.
 
-use super::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use super::node::{LEAF_BIT, LeafBlock, Node, block_of};
-use super::prefetch::prefetch;
-use super::ray::{HitPacket, NO_HIT, RayPacket};
-use super::sort::sort_children;
-use super::triangle::{PERMUTATION, dominant_axis8, edges, sheared};
-use super::walk_packet::finite;
-use super::walk_single::Tables;
+use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
+use crate::bvh::node::{LEAF_BIT, LeafBlock, Node, block_of};
+use crate::bvh::prefetch::prefetch;
+use crate::bvh::ray::{HitPacket, NO_HIT, RayPacket};
+use crate::bvh::sort::sort_children;
+use crate::bvh::triangle::{PERMUTATION, dominant_axis8, edges, sheared};
+use crate::bvh::walk_packet::finite;
+use crate::bvh::walk_single::Tables;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Rays in flight: 16 to 32 measured alike, 8 and 64 lose.
@@ -238,7 +238,7 @@ impl Stream {
 }
 
 impl Rays {
-    /// As [`super::boxes::OneRayBoxes::test`].
+    /// As [`crate::bvh::boxes::OneRayBoxes::test`].
     #[inline(always)]
     fn test_boxes(&self, row: usize, node: &Node, best_wide: f32) -> (F32x8, Mask8) {
         let (mut entry, mut exit) = (F32x8::splat(crate::math::max(self.tmin[row], 0.0)), F32x8::splat(best_wide));

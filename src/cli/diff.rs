@@ -1,7 +1,7 @@
 //! `octray diff`: how far one picture is from another.
 
-use super::output::{JsonArgs, table};
-use super::warn;
+use crate::cli::output::{JsonArgs, table};
+use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::{Format, Image, check_output_path};
 use crate::report::heatmap::{Canvas, Scale};

@@ -1,15 +1,16 @@
 //! `octray info`: what a scene holds and needs, the plan, what was left out.
 
-use super::args::EstimatorArgs;
-use super::output::{JsonArgs, table};
-use super::{prepare, warn};
+use crate::api::Scene;
+use crate::cli::args::EstimatorArgs;
+use crate::cli::output::{JsonArgs, table};
+use crate::cli::{prepare, warn};
 use crate::error::Result;
 use crate::lanes::simd_level;
 use crate::packet::plan::{LeftOut, Plan, PlannedStage};
-use crate::scene::prepare::Features;
-use crate::scene::{PreparedScene, Scene};
 use crate::settings::Settings;
 use crate::setup::Setup;
+use crate::tables::PreparedScene;
+use crate::tables::prepared::Features;
 use serde::Serialize;
 use std::path::PathBuf;
 

@@ -17,10 +17,11 @@ mod resume;
 mod stats;
 mod trace;
 
+use crate::api::Scene;
 use crate::error::{Error, Result};
 use crate::image::check_output_path;
 use crate::lanes::simd_level;
-use crate::scene::{PreparedScene, Scene};
+use crate::tables::PreparedScene;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 use std::io::Write;

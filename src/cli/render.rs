@@ -1,16 +1,17 @@
 //! `octray render`: a scene to image files.
 
-use super::args::{self, EstimatorArgs, FilmArgs};
-use super::interrupt;
-use super::output::{check_json_path, print, write_json};
-use super::progress::Bar;
-use super::resume::State;
-use super::stats::Report;
-use super::{prepare, report, warn};
+use crate::api::Scene;
+use crate::cli::args;
+use crate::cli::args::{EstimatorArgs, FilmArgs};
+use crate::cli::interrupt;
+use crate::cli::output::{check_json_path, print, write_json};
+use crate::cli::progress::Bar;
+use crate::cli::resume::State;
+use crate::cli::stats::Report;
+use crate::cli::{prepare, report, warn};
 use crate::error::{Error, Result};
 use crate::image::check_output_path;
 use crate::render::{Render, render_from};
-use crate::scene::Scene;
 use crate::settings::{Crop, Engine, Settings};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;

@@ -1,12 +1,13 @@
 //! An interrupted render goes on where it was: its sums are kept beside the picture until it is finished.
 
-use super::warn;
+use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::image::unfinished::{self, Unfinished};
+use crate::film::checkpoint;
+use crate::film::checkpoint::Unfinished;
 use crate::render::Render;
-use crate::report::fingerprint;
 use crate::scene::SceneDesc;
+use crate::scene::fingerprint;
 use crate::settings::{Crop, Settings};
 use std::path::{Path, PathBuf};
 
@@ -49,7 +50,7 @@ impl State {
         if !self.path.exists() {
             return Ok(None);
         }
-        let found = unfinished::read(&self.path)?;
+        let found = checkpoint::read(&self.path)?;
         let path = self.path.display();
         let differs = self.settings.iter().zip(&found.settings).find(|(own, theirs)| own != theirs);
         if let Some(((name, own), (_, theirs))) = differs {
@@ -78,7 +79,7 @@ impl State {
         let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
         let done = film.spp;
         let seconds = self.seconds.get() + render.stats.render_s;
-        unfinished::write(&self.path, &Unfinished { settings: self.settings.clone(), seconds, film })?;
+        checkpoint::write(&self.path, &Unfinished { settings: self.settings.clone(), seconds, film })?;
         let path = self.path.display();
         warn(&format!("stopped after {done}{of} samples a pixel; the same command goes on from there ({path})"));
         Ok(())

@@ -2,8 +2,8 @@
 
 use crate::lanes::simd_level;
 use crate::render::{RayCounts, Render, StageStats};
-use crate::scene::PreparedScene;
 use crate::settings::{Crop, Settings};
+use crate::tables::PreparedScene;
 use serde::Serialize;
 
 /// Everything a render cost and met, in the order in which it is written.

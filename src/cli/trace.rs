@@ -1,14 +1,15 @@
 //! `octray trace`: one path, vertex by vertex, in both engines. What every failing check points to.
 
-use super::args::{self, EstimatorArgs, FilmArgs};
-use super::output::{print, table};
-use super::{prepare, warn};
+use crate::api::Scene;
 use crate::bvh::ray::NO_HIT;
+use crate::cli::args;
+use crate::cli::args::{EstimatorArgs, FilmArgs};
+use crate::cli::output::{print, table};
+use crate::cli::{prepare, warn};
 use crate::error::{Error, Result};
 use crate::packet;
 use crate::packet::plan::Plan;
 use crate::reference::{path_steps, single};
-use crate::scene::Scene;
 use crate::setup::Setup;
 use crate::trace::{PathStep, TraceVertex, Value, first_difference};
 use std::path::PathBuf;

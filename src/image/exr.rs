@@ -5,8 +5,8 @@
 //! `exr` crate keeps those in a hash map and writes them in a different order every time. No compression: noise in f32
 //! hardly shrinks, and the bytes then depend on no compressor's version.
 
-use super::atomic::Sink;
-use super::{Image, encoding};
+use crate::image::atomic::Sink;
+use crate::image::{Image, encoding};
 use ::exr::prelude::*;
 use std::io::{self, Cursor};
 

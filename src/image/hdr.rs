@@ -3,9 +3,9 @@
 //! Written here and not through the `image` crate, whose encoder cuts mantissas off: that darkens a picture by 0.2 % on
 //! average. Rounding to nearest keeps means right.
 
-use super::Image;
-use super::atomic::Sink;
 use crate::film::Film;
+use crate::image::Image;
+use crate::image::atomic::Sink;
 use std::io;
 
 /// Writes flat scanlines, top to bottom. Every written pixel but black has a mantissa of at least 128, so none can be
@@ -40,7 +40,7 @@ fn power_of_two(n: i32) -> f64 {
 
 /// Reads flat and run-length coded files.
 pub(super) fn read(bytes: &[u8]) -> Result<Image, String> {
-    super::png::decode(bytes, ::image::ImageFormat::Hdr).map(|decoded| {
+    crate::image::png::decode(bytes, ::image::ImageFormat::Hdr).map(|decoded| {
         let (width, height) = (decoded.width(), decoded.height());
         let pixels = decoded.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
         Image { width, height, pixels, ..Image::default() }

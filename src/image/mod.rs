@@ -8,8 +8,6 @@ mod exr;
 mod hdr;
 mod pfm;
 mod png;
-pub mod sealed;
-pub mod unfinished;
 
 use crate::error::{Error, Result};
 use crate::film::Film;

@@ -1,8 +1,8 @@
 //! Portable float maps: a text header, then f32 values row by row from the bottom.
 
-use super::Image;
-use super::atomic::Sink;
 use crate::film::Film;
+use crate::image::Image;
+use crate::image::atomic::Sink;
 use std::io;
 
 /// Writes little-endian RGB (a negative scale says so).

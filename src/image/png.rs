@@ -1,9 +1,9 @@
 //! PNG: 8-bit sRGB, for looking at.
 
-use super::atomic::Sink;
-use super::{Image, encoding};
 use crate::color::{linear_from_srgb, srgb8};
 use crate::film::Film;
+use crate::image::atomic::Sink;
+use crate::image::{Image, encoding};
 use ::image::codecs::png::PngEncoder;
 use ::image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat};
 use std::io::{self, Cursor};

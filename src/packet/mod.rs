@@ -7,24 +7,14 @@
 //! One tile of paths goes through `generate_camera_rays -> { intersect_closest -> sort_hits -> shade_miss | shade_emitter |
 //! shade_diffuse | shade_mirror | shade_conductor | shade_dielectric | shade_plastic -> intersect_shadow }` until no path is left; [`plan`] says which of these a render needs.
 
+pub mod alpha_masks;
 pub mod bsdf;
 pub mod counters;
-pub mod cutouts;
-pub mod environment;
-pub mod generate_camera_rays;
-pub mod light;
-pub mod light_tree;
-pub mod microfacet;
+pub mod lights;
 pub mod mis;
 pub mod plan;
-mod shade_common;
-pub mod shade_emitter;
-pub mod shade_glossy;
-pub mod shade_miss;
-pub mod shade_surface;
-pub mod solid_angle;
-pub mod sort_hits;
-pub mod state;
+pub mod queues;
+pub mod stages;
 pub mod surface;
 pub mod texture;
 pub mod tile;

@@ -2,18 +2,21 @@
 //!
 //! **Invariant:** a stage that is not needed is not in the list, is never called, and its queue holds no memory.
 
-use super::counters::Stage;
-use super::generate_camera_rays::{self, CameraStage};
-use super::shade_glossy::{shade_conductor, shade_dielectric, shade_plastic};
-use super::shade_miss::{self, MissStage};
-use super::shade_surface::{shade_diffuse, shade_mirror};
-use super::state::{QueueNeeds, TileState};
-use super::tile::{self, IntersectStage};
 use crate::bvh::{RayKind, Walk};
+use crate::packet::counters::Stage;
+use crate::packet::queues::{QueueNeeds, TileState};
+use crate::packet::stages::generate_camera_rays;
+use crate::packet::stages::generate_camera_rays::CameraStage;
+use crate::packet::stages::shade_glossy::{shade_conductor, shade_dielectric, shade_plastic};
+use crate::packet::stages::shade_miss;
+use crate::packet::stages::shade_miss::MissStage;
+use crate::packet::stages::shade_surface::{shade_diffuse, shade_mirror};
+use crate::packet::tile;
+use crate::packet::tile::IntersectStage;
 use crate::scene::desc::PixelFilter;
-use crate::scene::lights::{EnvironmentLight, Selection, selection_name};
 use crate::settings::Strategy;
 use crate::setup::Setup;
+use crate::tables::lights::table::{EnvironmentLight, Selection, selection_name};
 
 /// A stage of the plan.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -54,7 +57,7 @@ pub struct Plan {
     pub shade_miss: MissStage,
     /// The surface stages that run, in order, in this strategy's variants.
     pub surfaces: Vec<(Stage, SurfaceStage)>,
-    /// Every triangle has this class, so hits need not be looked up ([`crate::scene::PreparedScene::classes`]).
+    /// Every triangle has this class, so hits need not be looked up ([`crate::tables::PreparedScene::classes`]).
     pub only_class: Option<u8>,
     /// Shadow rays end at a light point (1), leave the scene (infinity), or say so one by one (`None`).
     pub shadow_tmax: Option<f32>,
@@ -84,9 +87,9 @@ impl Plan {
             dielectric: features.dielectric && events,
             plastic: features.plastic && events,
             shadow: (features.diffuse || glossy) && events && setup.samples_lights(),
-            cut_outs: features.cut_outs,
+            alpha_masks: features.alpha_masks,
         };
-        let (intersect_closest, intersect_shadow) = tile::variants(features.cut_outs);
+        let (intersect_closest, intersect_shadow) = tile::variants(features.alpha_masks);
         let first = scene.classes.first().copied();
         let lit = !setup.lights.is_empty();
         let detailed = !scene.corners.is_empty();
@@ -146,7 +149,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
     let lights =
         if needs.shadow { format!(", light sample ({})", selection_name(&setup.lights)) } else { String::new() };
     let textures = if setup.scene.features.textures { ", textures" } else { "" };
-    let cut_outs = if setup.scene.features.cut_outs { ", past cut-outs" } else { "" };
+    let alpha_masks = if setup.scene.features.alpha_masks { ", past cut-outs" } else { "" };
     let normals = if setup.scene.features.smooth_normals { ", smooth normals" } else { "" };
     let roulette = if setup.rr_depth == u32::MAX || setup.rr_depth > setup.max_depth { "" } else { ", roulette" };
     let ends = match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
@@ -164,7 +167,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
     let camera = format!("{lens}, {filter} filter");
     let list = [
         (Stage::GenerateCameraRays, true, camera),
-        (Stage::IntersectClosest, true, walks(setup) + cut_outs),
+        (Stage::IntersectClosest, true, walks(setup) + alpha_masks),
         (Stage::SortHits, true, "one queue a material kind".to_string()),
         (Stage::ShadeMiss, needs.misses, format!("{environment}, {weight}")),
         (Stage::ShadeEmitter, needs.emitters, weight.to_string()),
@@ -173,7 +176,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
         (Stage::ShadeConductor, needs.conductor, format!("{strategy}, GGX{lights}{normals}{roulette}")),
         (Stage::ShadeDielectric, needs.dielectric, format!("{strategy}, smooth{normals}{roulette}")),
         (Stage::ShadePlastic, needs.plastic, format!("{strategy}{textures}, GGX coat{lights}{normals}{roulette}")),
-        (Stage::IntersectShadow, needs.shadow, format!("{ends}{cut_outs}")),
+        (Stage::IntersectShadow, needs.shadow, format!("{ends}{alpha_masks}")),
         (Stage::AddToFilm, true, "sums and squares, f64".to_string()),
     ];
     let planned = list.into_iter().filter(|(_, needed, _)| *needed);
@@ -209,7 +212,7 @@ fn left_out(setup: &Setup) -> Vec<LeftOut> {
     unless(scene.features.plastic, "plastic", "no triangle is coated".into());
     unless(setup.camera.lens.is_some(), "lens", "the camera is a pinhole".into());
     unless(scene.features.smooth_normals, "smooth normals", "surfaces are shaded with their true normals".into());
-    unless(scene.features.cut_outs, "cut-outs", "no material is cut out".into());
+    unless(scene.features.alpha_masks, "cut-outs", "no material is cut out".into());
     unless(setup.camera.filter != PixelFilter::Box, "pixel filter", "the box filter needs no weights".into());
     let selects = setup.samples_lights() && setup.lights.records.len() > 1;
     let single = if setup.lights.records.len() == 1 { "there is one light" } else { "there is nothing to choose from" };

@@ -1,10 +1,10 @@
 //! The points that eight rays have hit: position, normals on the sides the rays came from, and safe places for the next
 //! rays to start. What smooth surfaces need is compiled in by `DETAIL`: scenes without them do not pay for it.
 
-use super::texture::interpolate;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-use crate::scene::corners::{CornerRecord, FLAT, LIFTED};
-use crate::scene::prepare::TriangleRecord;
+use crate::packet::texture::interpolate;
+use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
+use crate::tables::prepared::TriangleRecord;
 
 /// Rounding moves a number by at most this fraction of it.
 pub const HALF_ULP: f32 = 1.0 / 16_777_216.0;
@@ -42,7 +42,7 @@ pub struct SurfacePoints {
     /// The hits, from barycentric weights; on smooth surfaces lifted onto them.
     pub position: Vec3x8,
     /// Unit normals of the triangles, on the sides the rays came from: they decide what lies above the surfaces.
-    pub true_normal: Vec3x8,
+    pub geometric_normal: Vec3x8,
     /// Unit normals to shade with, less than 90 degrees from the true ones.
     pub normal: Vec3x8,
     /// Texture coordinates, where `DETAIL` says there can be textures.
@@ -79,7 +79,7 @@ pub fn surface_points<const DETAIL: bool>(
     let material = columns[12].to_bits();
     let mut points = SurfacePoints {
         position,
-        true_normal: normal,
+        geometric_normal: normal,
         normal,
         uv: [F32x8::ZERO; 2],
         front,
@@ -105,7 +105,7 @@ impl SurfacePoints {
         let n = self::vertices(corners).map(|n| self.front.select_vec3(n, -n));
         let sum = n[0].scale(weights[0]) + n[1].scale(weights[1]) + n[2].scale(weights[2]);
         let interpolated = sum.scale(F32x8::ONE / sum.dot(sum).sqrt());
-        let usable = interpolated.dot(self.true_normal).gt(zero).and_not(is(FLAT));
+        let usable = interpolated.dot(self.geometric_normal).gt(zero).and_not(is(FLAT));
         self.normal = usable.select_vec3(interpolated, self.normal);
         let lifted = is(LIFTED);
         if !lifted.any() {
@@ -117,8 +117,8 @@ impl SurfacePoints {
             above = above + weights[i] * height.gt(zero).select(height, zero);
             below = below + weights[i] * height.lt(zero).select(height, zero);
         }
-        let behind = self.position + self.true_normal.scale(below) - away;
-        let position = self.position + self.true_normal.scale(above);
+        let behind = self.position + self.geometric_normal.scale(below) - away;
+        let position = self.position + self.geometric_normal.scale(above);
         self.origin_behind = lifted.select_vec3(behind, self.origin_behind);
         self.origin = lifted.select_vec3(position + away, self.origin);
         self.position = lifted.select_vec3(position, self.position);
@@ -127,8 +127,8 @@ impl SurfacePoints {
     /// Bends shading normals until the viewers, in directions `wo`, are above them: glossy surfaces have no answer there.
     #[inline(always)]
     pub fn face(&mut self, wo: Vec3x8) {
-        let (cosine, true_cosine) = (wo.dot(self.normal), wo.dot(self.true_normal));
-        let least = F32x8::splat(LEAST_FACING).min(true_cosine);
+        let (cosine, geometric_cosine) = (wo.dot(self.normal), wo.dot(self.geometric_normal));
+        let least = F32x8::splat(LEAST_FACING).min(geometric_cosine);
         let bent = self.normal + wo.scale(least - cosine);
         let bent = bent.scale(F32x8::ONE / bent.dot(bent).sqrt());
         self.normal = cosine.lt(least).select_vec3(bent, self.normal);
@@ -138,8 +138,8 @@ impl SurfacePoints {
     /// within the critical angle of those normals, as the normals it will meet on its way out expect.
     #[inline(always)]
     pub fn graze(&self, direction: Vec3x8) -> Vec3x8 {
-        let (cosine, true_cosine) = (-direction.dot(self.normal), -direction.dot(self.true_normal));
-        let least = F32x8::splat(LEAST_FACING).min(true_cosine);
+        let (cosine, geometric_cosine) = (-direction.dot(self.normal), -direction.dot(self.geometric_normal));
+        let least = F32x8::splat(LEAST_FACING).min(geometric_cosine);
         let bent = direction - self.normal.scale(least - cosine);
         let bent = bent.scale(F32x8::ONE / bent.dot(bent).sqrt());
         cosine.lt(least).select_vec3(bent, direction)
@@ -147,22 +147,22 @@ impl SurfacePoints {
 
     /// Lanes whose direction lies on the side of the true surface that the shading normal meant. The others would leak.
     #[inline(always)]
-    pub fn on_meant_side(&self, direction: Vec3x8) -> Mask8 {
+    pub fn in_consistent_hemisphere(&self, direction: Vec3x8) -> Mask8 {
         let zero = F32x8::ZERO;
-        !(direction.dot(self.true_normal).gt(zero) ^ direction.dot(self.normal).gt(zero))
+        !(direction.dot(self.geometric_normal).gt(zero) ^ direction.dot(self.normal).gt(zero))
     }
 
     /// Directions of delta lobes; those on the wrong side of the true surface become their mirror images in it.
     #[inline(always)]
-    pub fn keep_side(&self, direction: Vec3x8) -> Vec3x8 {
-        let depth = direction.dot(self.true_normal);
-        let image = direction - self.true_normal.scale(F32x8::splat(2.0) * depth);
-        self.on_meant_side(direction).select_vec3(direction, image)
+    pub fn to_consistent_hemisphere(&self, direction: Vec3x8) -> Vec3x8 {
+        let depth = direction.dot(self.geometric_normal);
+        let image = direction - self.geometric_normal.scale(F32x8::splat(2.0) * depth);
+        self.in_consistent_hemisphere(direction).select_vec3(direction, image)
     }
 }
 
 /// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move
-/// off it ([`crate::scene::margins`]), all others stay where they are.
+/// off it ([`crate::tables::margins`]), all others stay where they are.
 #[inline(always)]
 fn inset_weights(u: F32x8, v: F32x8, inset: F32x8) -> [F32x8; 3] {
     let (u, v) = (u.max(inset), v.max(inset));
@@ -173,7 +173,7 @@ fn inset_weights(u: F32x8, v: F32x8, inset: F32x8) -> [F32x8; 3] {
 }
 
 /// Barycentric sums, and how far along the normals rays must start to be off the surfaces for certain; `sliver` is what
-/// the triangles' shapes add ([`crate::scene::margins`]).
+/// the triangles' shapes add ([`crate::tables::margins`]).
 #[inline(always)]
 pub fn point_and_offset(vertices: &[Vec3x8; 3], weights: [F32x8; 3], sliver: F32x8) -> (Vec3x8, F32x8) {
     let [a, b, c] = *vertices;

@@ -1,7 +1,7 @@
 //! Texture lookup for eight lanes: bilinear between texel centres, repeated in both directions.
 
 use crate::lanes::{F32x8, U32x8, Vec3x8};
-use crate::scene::textures::{NO_TEXTURE, TextureTable};
+use crate::tables::textures::{NO_TEXTURE, TextureTable};
 
 /// The colours at `uv`; white where there is no texture.
 #[inline(always)]

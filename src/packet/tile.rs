@@ -2,15 +2,15 @@
 
 use std::time::Instant;
 
-use super::counters::{Counters, Stage};
-use super::cutouts::pass_cut_outs;
-use super::plan::Plan;
-use super::shade_emitter::shade_emitter;
-use super::sort_hits::sort_hits;
-use super::state::{ShadowQueue, TileState};
 use crate::bvh::RayKind;
 use crate::bvh::ray::NO_HIT;
 use crate::lanes::{LANES, Mask8, U32x8};
+use crate::packet::alpha_masks::pass_alpha_masks;
+use crate::packet::counters::{Counters, Stage};
+use crate::packet::plan::Plan;
+use crate::packet::queues::{ShadowQueue, TileState};
+use crate::packet::stages::shade_emitter::shade_emitter;
+use crate::packet::stages::sort_hits::sort_hits;
 use crate::settings::DEPTH_GUARD;
 use crate::setup::Setup;
 
@@ -78,15 +78,20 @@ pub fn step(
 pub type IntersectStage = fn(&Setup, &mut TileState, &mut Counters, u32);
 
 /// The stages that find closest hits and trace shadow rays, in a scene with or without cut-outs.
-pub fn variants(cut_outs: bool) -> (IntersectStage, IntersectStage) {
-    match cut_outs {
+pub fn variants(alpha_masks: bool) -> (IntersectStage, IntersectStage) {
+    match alpha_masks {
         false => (intersect_closest::<false>, intersect_shadow::<false>),
         true => (intersect_closest::<true>, intersect_shadow::<true>),
     }
 }
 
 /// Stage: the closest hits of all rays in `paths`.
-fn intersect_closest<const CUT_OUTS: bool>(setup: &Setup, state: &mut TileState, counters: &mut Counters, depth: u32) {
+fn intersect_closest<const ALPHA_MASKS: bool>(
+    setup: &Setup,
+    state: &mut TileState,
+    counters: &mut Counters,
+    depth: u32,
+) {
     let (kind, count) = if depth == 0 {
         (RayKind::Camera, &mut counters.rays.camera)
     } else {
@@ -96,23 +101,28 @@ fn intersect_closest<const CUT_OUTS: bool>(setup: &Setup, state: &mut TileState,
     let TileState { paths, hits, passing, scratch, .. } = state;
     let scene = setup.scene;
     scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.closest_walk);
-    if CUT_OUTS {
-        pass_cut_outs((&scene.bvh, &scene.cutouts), (&paths.rays, paths.len), hits, passing, scratch);
+    if ALPHA_MASKS {
+        pass_alpha_masks((&scene.bvh, &scene.alpha_masks), (&paths.rays, paths.len), hits, passing, scratch);
     }
 }
 
 /// Stage: shadow rays that nothing blocks add their contribution.
-fn intersect_shadow<const CUT_OUTS: bool>(setup: &Setup, state: &mut TileState, counters: &mut Counters, depth: u32) {
+fn intersect_shadow<const ALPHA_MASKS: bool>(
+    setup: &Setup,
+    state: &mut TileState,
+    counters: &mut Counters,
+    depth: u32,
+) {
     let TileState { shadow, slots, passing, scratch, .. } = state;
     counters.rays.shadow += shadow.len as u64;
     let ShadowQueue { rays, blocked, hits, len, .. } = shadow;
     // Shadow rays of camera hits start close together; later ones are as scattered as the rays that found their origins.
     let kind = if depth == 0 { RayKind::Shadow } else { RayKind::Bounce };
     let scene = setup.scene;
-    if CUT_OUTS {
+    if ALPHA_MASKS {
         // What blocks a segment may be cut out there, so any hit is not enough.
         scene.bvh.intersect_queue(kind, rays, 0..*len, hits, scratch, &mut counters.shadow_walk);
-        pass_cut_outs((&scene.bvh, &scene.cutouts), (rays, *len), hits, passing, scratch);
+        pass_alpha_masks((&scene.bvh, &scene.alpha_masks), (rays, *len), hits, passing, scratch);
         blocked.clear();
         let hit = |first: usize| !U32x8::load(&hits.triangle, first).eq(U32x8::splat(NO_HIT)).bits();
         blocked.extend((0..*len).step_by(LANES).map(hit));

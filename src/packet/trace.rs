@@ -1,11 +1,11 @@
 //! One path alone in its tile, read from the queues after every step of the tile's own loop.
 
-use super::counters::Counters;
-use super::plan::Plan;
-use super::state::{Columns3, Slots, TileState};
-use super::tile;
 use crate::bvh::ray::RayQueue;
 use crate::lanes::LANES;
+use crate::packet::counters::Counters;
+use crate::packet::plan::Plan;
+use crate::packet::queues::{Columns3, Slots, TileState};
+use crate::packet::tile;
 use crate::sampler::pixel_address;
 use crate::setup::Setup;
 use crate::trace::{PathStep, ShadowStep};

@@ -37,26 +37,18 @@ pub fn acos_half_turns(y: Real) -> Real {
     y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI
 }
 
-#[path = "bsdf.rs"]
+#[path = "alpha_masks.rs"]
+pub mod alpha_masks;
+#[path = "bsdf/mod.rs"]
 pub mod bsdf;
-#[path = "cutouts.rs"]
-pub mod cutouts;
-#[path = "environment.rs"]
-pub mod environment;
 #[path = "intersect.rs"]
 pub mod intersect;
-#[path = "light.rs"]
-pub mod light;
-#[path = "light_tree.rs"]
-pub mod light_tree;
-#[path = "microfacet.rs"]
-pub mod microfacet;
+#[path = "lights/mod.rs"]
+pub mod lights;
 #[path = "mis.rs"]
 pub mod mis;
 #[path = "path.rs"]
 pub mod path;
-#[path = "solid_angle.rs"]
-pub mod solid_angle;
 #[path = "surface.rs"]
 pub mod surface;
 #[path = "texture.rs"]

@@ -1,22 +1,22 @@
 //! One path, from the camera to its end: all nine strategies. The step titles name the packet engine's stages.
 
+use super::alpha_masks::is_hit;
 use super::bsdf::BsdfSample;
-use super::cutouts::is_hit;
 use super::intersect::{Ray, intersect_where, occluded_where, stack};
-use super::light::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
-use super::light_tree::Receiver;
+use super::lights::sample::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
+use super::lights::tree::Receiver;
 use super::surface::{SurfacePoint, surface_point};
 use super::texture::look_up;
 use super::warp::sample_uniform_disk;
 use super::{Real, Vec3, bsdf, intersect, mis, vec3};
 use crate::bvh::ray::NO_HIT;
 use crate::sampler::{CAMERA_BLOCK, bsdf_block, light_block, sample_words, unit};
-use crate::scene::PreparedScene;
 use crate::scene::desc::PixelFilter;
-use crate::scene::material::{MaterialKind, MaterialRecord};
-use crate::scene::textures::NO_TEXTURE;
 use crate::settings::{DEPTH_GUARD, Strategy};
 use crate::setup::Setup;
+use crate::tables::PreparedScene;
+use crate::tables::materials::{MaterialKind, MaterialRecord};
+use crate::tables::textures::NO_TEXTURE;
 use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, RAY, TraceVertex};
 
 /// What one path came to.
@@ -77,7 +77,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         // intersect_closest
         step.note(Event { direction: ray.direction, ..Event::new(RAY, ray.origin) });
         result.bounce_rays += (step.depth > 0) as u32;
-        let Some(hit) = intersect_where(&scene.bvh, &ray, &mut step.stack, |hit| is_hit(&scene.cutouts, hit)) else {
+        let Some(hit) = intersect_where(&scene.bvh, &ray, &mut step.stack, |hit| is_hit(&scene.alpha_masks, hit))
+        else {
             // shade_miss
             step.note(Event { t: Real::INFINITY, direction: ray.direction, ..Event::new("miss", ray.origin) });
             let receiver = Receiver { origin: ray.origin, normal: previous.normal() };
@@ -100,7 +101,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
         // shade_emitter
         let light = setup.lights.records.get(triangle.light as usize);
         if light.is_some_and(|light| point.front || light.two_sided()) {
-            let light_cosine = -point.true_normal.dot(ray.direction);
+            let light_cosine = -point.geometric_normal.dot(ray.direction);
             let receiver = Receiver { origin: ray.origin, normal: previous.normal() };
             let pdf_light = light_pdf_dir(&setup.lights, &receiver, triangle.light, hit.t, light_cosine);
             let weight = emission_weight(setup, previous, pdf_light);
@@ -134,7 +135,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             let words = numbers(light_block(event));
             light_chosen = unit(words[3]) < 0.5;
             let draws = setup.strategy != Strategy::MisOneSample || light_chosen;
-            let above = |light: &LightSample| light.direction.dot(point.true_normal) > 0.0;
+            let above = |light: &LightSample| light.direction.dot(point.geometric_normal) > 0.0;
             let light = draws.then(|| sample_light(&setup.lights, &point, words)).flatten();
             if let Some(light) = light.filter(above) {
                 let scattered = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
@@ -151,7 +152,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             bsdf::sample(material, point.normal, incoming, point.front, u, unit(words[2]) as Real)
         };
         let Some(mut bounce) = bounce else { break };
-        let Some(kept) = point.keep_side(bounce.direction, bounce.delta) else { break };
+        let Some(kept) = point.to_consistent_hemisphere(bounce.direction, bounce.delta) else { break };
         bounce.direction = kept;
         step.beta *= bounce.factor;
         previous = remember(setup, &bounce, light_chosen, point.normal);
@@ -179,7 +180,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, record: &mut i
             }
             step.beta *= 1.0 / survival;
         }
-        let through = bounce.direction.dot(point.true_normal) < 0.0;
+        let through = bounce.direction.dot(point.geometric_normal) < 0.0;
         let origin = if through { point.origin_behind } else { point.origin };
         ray = Ray { origin, direction: bounce.direction, tmin: 0.0, tmax: Real::INFINITY };
     }
@@ -215,7 +216,7 @@ fn direct_light<R: FnMut(TraceVertex)>(
         Ray { origin: point.origin, direction: light.shadow_direction, tmin: 0.0, tmax: light.shadow_tmax };
     // intersect_shadow
     let scene = setup.scene;
-    let blocked = occluded_where(&scene.bvh, &shadow_ray, &mut step.stack, |hit| is_hit(&scene.cutouts, hit));
+    let blocked = occluded_where(&scene.bvh, &shadow_ray, &mut step.stack, |hit| is_hit(&scene.alpha_masks, hit));
     if !blocked {
         step.radiance += contribution;
     }

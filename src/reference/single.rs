@@ -17,26 +17,18 @@ pub fn vec3(v: [f32; 3]) -> Vec3 {
 
 pub use crate::math::{INV_2PI, INV_PI, acos_half_turns, atan2_turns, sin_cos_turns};
 
-#[path = "bsdf.rs"]
+#[path = "alpha_masks.rs"]
+pub mod alpha_masks;
+#[path = "bsdf/mod.rs"]
 pub mod bsdf;
-#[path = "cutouts.rs"]
-pub mod cutouts;
-#[path = "environment.rs"]
-pub mod environment;
 #[path = "intersect.rs"]
 pub mod intersect;
-#[path = "light.rs"]
-pub mod light;
-#[path = "light_tree.rs"]
-pub mod light_tree;
-#[path = "microfacet.rs"]
-pub mod microfacet;
+#[path = "lights/mod.rs"]
+pub mod lights;
 #[path = "mis.rs"]
 pub mod mis;
 #[path = "path.rs"]
 pub mod path;
-#[path = "solid_angle.rs"]
-pub mod solid_angle;
 #[path = "surface.rs"]
 pub mod surface;
 #[path = "texture.rs"]

@@ -2,8 +2,8 @@
 
 use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
-use crate::scene::corners::{CornerRecord, FLAT, LIFTED};
-use crate::scene::prepare::TriangleRecord;
+use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
+use crate::tables::prepared::TriangleRecord;
 
 /// Rounding moves a number by at most this fraction of it: 2^-24 in f32.
 pub const HALF_ULP: Real = Real::EPSILON * 0.5;
@@ -16,7 +16,7 @@ pub const HALF_ULP: Real = Real::EPSILON * 0.5;
 /// them next to edges and corners, cosine and grazing directions; spheres, boxes, spot, bunny, teapot; sizes 1e-6, 1
 /// and 1e6, at 0 to 1e3 sizes from the origin): at 0 half-ulps 45 %, at 1 1 %, at 2 7e-4, from 3 on none; a wedge of
 /// 10 degrees needs 8. More would only move contact shadows and carry more points through the walls of acute corners.
-/// Slivers need more: see [`crate::scene::margins`].
+/// Slivers need more: see [`crate::tables::margins`].
 pub const OFFSET_HALF_ULPS: Real = 8.0;
 
 /// Shading normals are bent towards the viewer until they make at least this cosine with the ray (or, nearly along the
@@ -28,7 +28,7 @@ pub struct SurfacePoint {
     /// The hit, from barycentric weights; on a smooth surface lifted onto it.
     pub position: Vec3,
     /// Unit normal of the triangle, on the side the ray came from: it decides what lies above the surface.
-    pub true_normal: Vec3,
+    pub geometric_normal: Vec3,
     /// Unit normal to shade with, less than 90 degrees from the true one.
     pub normal: Vec3,
     /// Texture coordinates.
@@ -57,7 +57,7 @@ pub fn surface_point(
     let away = normal * offset;
     let mut point = SurfacePoint {
         position,
-        true_normal: normal,
+        geometric_normal: normal,
         normal,
         uv: corners.map_or([0.0; 2], |corners| interpolate(&corners.uvs, weights)),
         front,
@@ -80,7 +80,7 @@ impl SurfacePoint {
     fn smooth(&mut self, corners: &CornerRecord, vertices: &[Vec3; 3], n: [Vec3; 3], weights: [Real; 3], away: Vec3) {
         let sum = n[0] * weights[0] + n[1] * weights[1] + n[2] * weights[2];
         let interpolated = sum * (1.0 / sum.dot(sum).sqrt());
-        if interpolated.dot(self.true_normal) > 0.0 {
+        if interpolated.dot(self.geometric_normal) > 0.0 {
             self.normal = interpolated;
         }
         if corners.smoothness == LIFTED {
@@ -90,16 +90,16 @@ impl SurfacePoint {
                 above += weights[i] * if height > 0.0 { height } else { 0.0 };
                 below += weights[i] * if height < 0.0 { height } else { 0.0 };
             }
-            self.origin_behind = self.position + self.true_normal * below - away;
-            self.position += self.true_normal * above;
+            self.origin_behind = self.position + self.geometric_normal * below - away;
+            self.position += self.geometric_normal * above;
             self.origin = self.position + away;
         }
     }
 
     /// Bends the shading normal until the viewer, in direction `wo`, is above it: glossy surfaces have no answer there.
     pub fn face(&mut self, wo: Vec3) {
-        let (cosine, true_cosine) = (wo.dot(self.normal), wo.dot(self.true_normal));
-        let least = if LEAST_FACING < true_cosine { LEAST_FACING } else { true_cosine };
+        let (cosine, geometric_cosine) = (wo.dot(self.normal), wo.dot(self.geometric_normal));
+        let least = if LEAST_FACING < geometric_cosine { LEAST_FACING } else { geometric_cosine };
         if cosine < least {
             let bent = self.normal + wo * (least - cosine);
             self.normal = bent * (1.0 / bent.dot(bent).sqrt());
@@ -111,8 +111,8 @@ impl SurfacePoint {
     /// (About a bent normal rays entered balls at angles from which there is no way out but by chance: of 19 million paths
     /// 13 ran to the guard.)
     pub fn graze(&self, direction: Vec3) -> Vec3 {
-        let (cosine, true_cosine) = (-direction.dot(self.normal), -direction.dot(self.true_normal));
-        let least = if LEAST_FACING < true_cosine { LEAST_FACING } else { true_cosine };
+        let (cosine, geometric_cosine) = (-direction.dot(self.normal), -direction.dot(self.geometric_normal));
+        let least = if LEAST_FACING < geometric_cosine { LEAST_FACING } else { geometric_cosine };
         if cosine < least {
             let bent = direction - self.normal * (least - cosine);
             return bent * (1.0 / bent.dot(bent).sqrt());
@@ -124,19 +124,19 @@ impl SurfacePoint {
     /// would leak through. Glass and mirrors, which have no other direction, get its mirror image in the true surface;
     /// every strategy treats them alike, so all still agree. Directions with a density end, as light samples from
     /// below do: their mirror images have been drawn with another density.
-    pub fn keep_side(&self, direction: Vec3, delta: bool) -> Option<Vec3> {
-        let depth = direction.dot(self.true_normal);
+    pub fn to_consistent_hemisphere(&self, direction: Vec3, delta: bool) -> Option<Vec3> {
+        let depth = direction.dot(self.geometric_normal);
         let meant = direction.dot(self.normal) > 0.0;
         match (depth > 0.0) == meant {
             true => Some(direction),
-            false if delta => Some(direction - self.true_normal * (2.0 * depth)),
+            false if delta => Some(direction - self.geometric_normal * (2.0 * depth)),
             false => None,
         }
     }
 }
 
 /// The weights (1-u-v, u, v), each raised to `inset` at least at the cost of the largest: points next to an edge move
-/// off it ([`crate::scene::margins`]), all others stay where they are.
+/// off it ([`crate::tables::margins`]), all others stay where they are.
 fn inset_weights(u: Real, v: Real, inset: Real) -> [Real; 3] {
     let u = if u > inset { u } else { inset };
     let v = if v > inset { v } else { inset };
@@ -147,7 +147,7 @@ fn inset_weights(u: Real, v: Real, inset: Real) -> [Real; 3] {
 }
 
 /// A barycentric sum, and how far along the normal a ray must start to be off the surface for certain; `sliver` is what
-/// the triangle's shape adds ([`crate::scene::margins`]).
+/// the triangle's shape adds ([`crate::tables::margins`]).
 pub fn point_and_offset(vertices: &[[f32; 3]; 3], weights: [Real; 3], sliver: Real) -> (Vec3, Real) {
     let [a, b, c] = vertices.map(vec3);
     let position = a * weights[0] + b * weights[1] + c * weights[2];

@@ -1,7 +1,7 @@
 //! Texture lookup: bilinear between texel centres, repeated in both directions.
 
 use super::{Real, Vec3};
-use crate::scene::textures::TextureTable;
+use crate::tables::textures::TextureTable;
 use std::ops::{Add, Mul};
 
 /// The colour of `texture` at (u, v): u runs along the rows, v up, and the picture fills [0, 1) x [0, 1).

@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-use super::bias::bias_of;
-use super::experiment::{Budget, Experiment, Measurements, Run};
-use super::measure::Pool;
-use super::reference::Reference;
-use super::statistics::{
+use crate::image::Image;
+use crate::report::bias::bias_of;
+use crate::report::experiment::{Budget, Experiment, Measurements, Run};
+use crate::report::measure::Pool;
+use crate::report::reference::Reference;
+use crate::report::statistics::{
     Fit, FitPoint, Interval, bootstrap_means, deviation, fit, mean, percentile_interval, simultaneous_95,
 };
-use crate::image::Image;
 
 /// Bootstrap replicates of every figure.
 const REPLICATES: u32 = 1000;

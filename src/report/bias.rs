@@ -1,10 +1,10 @@
 //! The bias of many runs together: the one figure that more samples do not lower.
 
-use super::experiment::Run;
-use super::measure::Pool;
-use super::metrics::{FLOOR, variance_of_channel_mean};
-use super::statistics::{deviation, mean};
 use crate::image::Image;
+use crate::report::experiment::Run;
+use crate::report::measure::Pool;
+use crate::report::metrics::{FLOOR, variance_of_channel_mean};
+use crate::report::statistics::{deviation, mean};
 
 /// How far the expected picture is from the reference.
 pub struct Bias {

@@ -2,13 +2,13 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::analysis::Finding;
-use super::experiment::{Budget, Experiment};
-use super::measure::measure;
-use super::metrics::relative_errors;
-use super::reference::Reference;
 use crate::film::Film;
 use crate::render::render_with;
+use crate::report::analysis::Finding;
+use crate::report::experiment::{Budget, Experiment};
+use crate::report::measure::measure;
+use crate::report::metrics::relative_errors;
+use crate::report::reference::Reference;
 
 /// A picture of the report.
 pub struct Shown {

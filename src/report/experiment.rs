@@ -10,14 +10,16 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
+use crate::film::sealed;
 use crate::fingerprint::Fingerprint;
-use crate::image::{Image, sealed};
+use crate::image::Image;
 use crate::render::render_with;
 use crate::report::measure::{Measured, Pool, Region, measure};
 use crate::report::reference::Reference;
-use crate::scene::{PreparedScene, SceneDesc};
+use crate::scene::SceneDesc;
 use crate::settings::{Engine, Lights, Sampler, Settings, Strategy};
 use crate::stats::Stats;
+use crate::tables::PreparedScene;
 
 /// One way to render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,7 +148,7 @@ impl Experiment {
 
     /// What decides the runs, as text, except for how many repeats there are: those only go on.
     fn key(&self, references: &[Reference]) -> String {
-        let scenes: Vec<u64> = self.cases.iter().map(|case| super::fingerprint::scene(&case.desc)).collect();
+        let scenes: Vec<u64> = self.cases.iter().map(|case| crate::scene::fingerprint::scene(&case.desc)).collect();
         let mut truth = Fingerprint::default();
         references.iter().for_each(|reference| truth.bytes(bytemuck::cast_slice(&reference.image.pixels)));
         let version = env!("CARGO_PKG_VERSION");

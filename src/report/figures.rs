@@ -1,8 +1,8 @@
 //! Findings as plots.
 
-use super::analysis::{Finding, Point};
-use super::plot::{Mark, Plot, Series};
-use super::words::{Words, tag};
+use crate::report::analysis::{Finding, Point};
+use crate::report::plot::{Mark, Plot, Series};
+use crate::report::words::{Words, tag};
 use crate::settings::Strategy;
 
 /// Error against CPU seconds and against samples a pixel.

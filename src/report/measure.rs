@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::metrics::{FLOOR, variance_of_channel_mean};
 use crate::image::Image;
+use crate::report::metrics::{FLOOR, variance_of_channel_mean};
 use crate::settings::Crop;
 
 /// The picture is cut into this many columns and rows of tiles, the strata of the bootstrap.

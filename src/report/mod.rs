@@ -45,7 +45,6 @@ pub mod closed_form;
 pub mod equal_time;
 pub mod experiment;
 pub mod figures;
-pub mod fingerprint;
 pub mod heatmap;
 pub mod machine;
 pub mod measure;

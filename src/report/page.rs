@@ -4,17 +4,18 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::analysis::Finding;
-use super::equal_time::Shown;
-use super::experiment::{Budget, Case, Experiment, Measurements};
-use super::figures;
-use super::heatmap::{Canvas, Scale};
-use super::machine::Machine;
-use super::plot::{self, Layout, Plot};
-use super::reference::{Reference, Source};
-use super::results::noise;
-use super::tables;
-use super::words::{Words, percent, seconds, tag};
+use crate::report::analysis::Finding;
+use crate::report::equal_time::Shown;
+use crate::report::experiment::{Budget, Case, Experiment, Measurements};
+use crate::report::figures;
+use crate::report::heatmap::{Canvas, Scale};
+use crate::report::machine::Machine;
+use crate::report::plot;
+use crate::report::plot::{Layout, Plot};
+use crate::report::reference::{Reference, Source};
+use crate::report::results::noise;
+use crate::report::tables;
+use crate::report::words::{Words, percent, seconds, tag};
 
 /// What a page is made of.
 pub struct Page<'a> {

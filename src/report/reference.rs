@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
-use super::closed_form;
-use super::experiment::{Budget, Case, Configuration, Experiment, REFERENCE_SEEDS};
-use super::fingerprint;
 use crate::image::Image;
 use crate::render::render_with;
+use crate::report::closed_form;
+use crate::report::experiment::{Budget, Case, Configuration, Experiment, REFERENCE_SEEDS};
+use crate::scene::fingerprint;
 
 /// Where a reference comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -151,7 +151,7 @@ pub fn keep(reference: &Reference, key: &str, path: &Path) -> crate::Result<()> 
 pub fn kept(path: &Path, key: &str, how: Configuration) -> Option<Reference> {
     let mut image = Image::read(path).ok()?;
     let text = |name: &str| image.metadata.iter().find(|(key, _)| key == name).map(|(_, value)| value.clone());
-    if text("reference")? != key || image.variance.is_none() || super::metrics::check(&image, &image).is_err() {
+    if text("reference")? != key || image.variance.is_none() || crate::report::metrics::check(&image, &image).is_err() {
         return None;
     }
     let source = Source::Rendered {

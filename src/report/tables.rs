@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::analysis::{Finding, Verdict, sample_ratio};
-use super::words::{Words, exponent, last_error, percent, seconds, significant, tag, target};
+use crate::report::analysis::{Finding, Verdict, sample_ratio};
+use crate::report::words::{Words, exponent, last_error, percent, seconds, significant, tag, target};
 use crate::settings::Strategy;
 
 /// Efficiency, error, slope, bias: a row a configuration.

@@ -1,8 +1,8 @@
 //! Findings in plain sentences.
 
-use super::analysis::{BIAS_Z, Finding, Law, Verdict, sample_ratio};
-use super::experiment::Experiment;
-use super::statistics::Interval;
+use crate::report::analysis::{BIAS_Z, Finding, Law, Verdict, sample_ratio};
+use crate::report::experiment::Experiment;
+use crate::report::statistics::Interval;
 use crate::settings::Strategy;
 
 /// The findings of one case, with what sentences about them need.

@@ -12,8 +12,8 @@
 //! once). They go to the 2-D decisions: words 0, 1 of camera and BSDF blocks, words 1, 2 of light blocks. The third makes
 //! the decision beside it: which light, whether to go on.
 
-use super::{CAMERA_BLOCK, mix, mix_x8};
 use crate::lanes::U32x8;
+use crate::sampler::{CAMERA_BLOCK, mix, mix_x8};
 
 /// Independently scrambled groups that the samples of a pixel go to in turn.
 pub const GROUPS: u32 = 4;
@@ -103,7 +103,7 @@ const fn low() -> [[[u8; 16]; 2]; 4] {
     tables
 }
 
-/// Four numbers of one address: those of [`super::random_words`], better spread.
+/// Four numbers of one address: those of [`crate::sampler::random_words`], better spread.
 pub fn sobol_words(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
     let seeds = mix::<ROUNDS>(pixel, sample % GROUPS, block, seed);
     let index = shuffle(sample / GROUPS, seeds[0] ^ seeds[1] ^ seeds[2] ^ seeds[3]);

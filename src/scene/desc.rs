@@ -24,7 +24,7 @@ pub struct SceneDesc {
     pub corners: Vec<CornerDesc>,
     /// Pictures, indexed by [`TextureUse::texture`].
     pub textures: Vec<TextureDesc>,
-    /// Masks of cut-outs, indexed by the [`TextureUse::texture`] of [`MaterialDesc::cutout`].
+    /// Masks of cut-outs, indexed by the [`TextureUse::texture`] of [`MaterialDesc::alpha_mask`].
     pub masks: Vec<MaskDesc>,
     /// Materials, indexed by [`TriangleDesc::material`].
     pub materials: Vec<MaterialDesc>,
@@ -108,7 +108,7 @@ pub struct MaterialDesc {
     /// Multiplies the emission.
     pub emission_texture: Option<TextureUse>,
     /// Where the surface is: points whose mask is below one half are not there.
-    pub cutout: Option<TextureUse>,
+    pub alpha_mask: Option<TextureUse>,
 }
 
 impl Default for MaterialDesc {
@@ -122,7 +122,7 @@ impl Default for MaterialDesc {
             two_sided: false,
             texture: None,
             emission_texture: None,
-            cutout: None,
+            alpha_mask: None,
         }
     }
 }

@@ -149,12 +149,12 @@ pub fn check(scene: &SceneDesc) -> Result<()> {
     }
     for material in &scene.materials {
         let uses = [material.texture, material.emission_texture];
-        let fine = |u: &TextureUse, pictures: usize| {
+        let fine = |u: &TextureUse, textures: usize| {
             let placed = u.scale.iter().chain(&u.offset).all(|x| x.abs() <= 1e6);
-            placed && (u.texture as usize) < pictures
+            placed && (u.texture as usize) < textures
         };
         let coloured = uses.iter().flatten().all(|u| fine(u, scene.textures.len()));
-        if !(coloured && material.cutout.iter().all(|u| fine(u, scene.masks.len()))) {
+        if !(coloured && material.alpha_mask.iter().all(|u| fine(u, scene.masks.len()))) {
             return fail(format!(
                 "material `{}` has a texture that does not exist or is scaled too far",
                 material.name

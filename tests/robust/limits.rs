@@ -2,7 +2,7 @@
 
 use super::common::{Maker, small};
 use super::shapes::render_sanely;
-use octray::scene::reach::{LARGEST_COORDINATE, SMALLEST_SIZE};
+use octray::tables::scale_limits::{LARGEST_COORDINATE, SMALLEST_SIZE};
 use octray::{PreparedScene, Settings};
 
 fn floor_and_lamp(scale: f32, shift: f32) -> Maker {

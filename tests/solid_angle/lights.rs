@@ -5,16 +5,16 @@ use super::views::*;
 use glam::{DVec3, Vec3};
 use octray::Lights;
 use octray::lanes::{F32x8, Mask8, U32x8};
-use octray::packet::light as light_x8;
-use octray::packet::light_tree::Receivers;
-use octray::packet::solid_angle::solid_angles;
+use octray::packet::lights::sample as light_x8;
+use octray::packet::lights::tree::Receivers;
+use octray::packet::lights::triangle::solid_angles;
 use octray::packet::surface::{gather_records, surface_points};
 use octray::reference::single;
-use octray::reference::single::light_tree::{Receiver, choose_light};
-use octray::reference::single::solid_angle::solid_angle;
+use octray::reference::single::lights::tree::{Receiver, choose_light};
+use octray::reference::single::lights::triangle::solid_angle;
 use octray::reference::single::warp::sample_uniform_triangle;
 use octray::sampler::random_words;
-use octray::scene::lights::{LightTable, Selection};
+use octray::tables::lights::table::{LightTable, Selection};
 
 /// A floor, and above it a large lamp that is near, a small far one, a steep one and one that shines on both sides.
 fn lamps() -> octray::PreparedScene {
@@ -56,7 +56,7 @@ fn hits_find_the_density_that_light_samples_were_drawn_with() {
                 splat3(down),
             );
             let found = light_x8::sample_lights(&lights, &points, Mask8::ALL, words.map(U32x8::splat));
-            let sample = single::light::sample_light(&lights, &point, words);
+            let sample = single::lights::sample::sample_light(&lights, &point, words);
             assert_eq!(found.valid.any(), sample.is_some());
             let Some(sample) = sample else { continue };
             assert!(found.valid.all());
@@ -71,7 +71,7 @@ fn hits_find_the_density_that_light_samples_were_drawn_with() {
             let segment = sample.shadow_direction;
             let (t, direction) = (segment.length(), segment.normalize());
             let cosine = direction.dot(Vec3::from(record.normal)).abs();
-            let pdf = single::light::light_pdf_dir(&lights, &receiver, chosen, t, cosine);
+            let pdf = single::lights::sample::light_pdf_dir(&lights, &receiver, chosen, t, cosine);
             let columns = gather_records(&lights.records, U32x8::splat(chosen));
             let lanes = light_x8::light_pdf_dir(
                 &lights,

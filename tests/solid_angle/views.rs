@@ -2,8 +2,8 @@
 
 use glam::{DVec3, Vec3};
 use octray::lanes::{F32x8, LANES, Vec3x8};
-use octray::packet::solid_angle::solid_angles;
-use octray::reference::single::solid_angle::solid_angle;
+use octray::packet::lights::triangle::solid_angles;
+use octray::reference::single::lights::triangle::solid_angle;
 use octray::reference::single::warp::sample_uniform_triangle;
 use octray::sampler::{random_words, unit};
 use std::f64::consts::TAU;

@@ -2,21 +2,21 @@
 //!
 //! The points that ask lie anywhere on the scene's triangles, a little off them, as the renderer's rays start.
 
-use super::measure::{Case, Row, share};
+use crate::cli::bench::measure::{Case, Row, share};
 use crate::clock::thread_cpu_seconds;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-use crate::packet::light::sample_lights;
-use crate::packet::solid_angle::{SolidAngles, solid_angles};
+use crate::packet::lights::sample::sample_lights;
+use crate::packet::lights::triangle::{SolidAngles, solid_angles};
 use crate::packet::surface::{SurfacePoints, gather_records, surface_points, vertices};
 use crate::packet::warp::sample_uniform_triangle;
-use crate::reference::single::light::sample_light;
-use crate::reference::single::solid_angle::solid_angle;
+use crate::reference::single::lights::sample::sample_light;
+use crate::reference::single::lights::triangle::solid_angle;
 use crate::reference::single::surface::{SurfacePoint, surface_point};
 use crate::reference::single::{vec3, warp};
 use crate::sampler::{index_below, random_words, unit, unit_x8};
-use crate::scene::PreparedScene;
-use crate::scene::lights::{LightRecord, LightTable};
 use crate::settings::Lights;
+use crate::tables::PreparedScene;
+use crate::tables::lights::table::{LightRecord, LightTable};
 use std::hint::black_box;
 
 /// Samples a round.

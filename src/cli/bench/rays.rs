@@ -6,9 +6,9 @@ use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
 use crate::packet::tile;
 use crate::render::{PATHS_AT_ONCE, fill_slots};
-use crate::scene::PreparedScene;
 use crate::settings::{Crop, Settings};
 use crate::setup::Setup;
+use crate::tables::PreparedScene;
 
 /// Pixels of a recorded tile: with one sample each they fill the engine's queues.
 const TILE: (u32, u32) = (64, 64);

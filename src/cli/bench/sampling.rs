@@ -1,9 +1,9 @@
 //! Rows of the samplers: four words for one address, by lanes and one at a time.
 
-use super::measure::{Case, Row};
+use crate::cli::bench::measure::{Case, Row};
 use crate::clock::thread_cpu_seconds;
 use crate::lanes::{LANES, U32x8};
-use crate::packet::state::Slots;
+use crate::packet::queues::Slots;
 use crate::render::fill_slots;
 use crate::sampler::{ALL_WORDS, bsdf_block, sample_words, sample_words_x8};
 use crate::settings::{Crop, Engine, Sampler};

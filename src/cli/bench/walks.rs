@@ -1,15 +1,15 @@
 //! Ways to find hits, side by side on the same rays: the engine's choice, one ray at a time, the scalar reference, and as a
 //! yardstick obvhs's own traversal of the binary tree from which ours is made.
 
-use super::rays::{RaySet, RayTile};
 use crate::bvh::ray::{HitQueue, NO_HIT, RayQueue};
 use crate::bvh::{Bvh, RayKind, Scratch, Walk, WalkCounters};
+use crate::cli::bench::rays::{RaySet, RayTile};
 use crate::clock::thread_cpu_seconds;
 use crate::lanes::LANES;
 use crate::reference::single::intersect::{Ray, Stack, intersect, occluded, stack};
 use crate::reference::single::vec3;
-use crate::scene::PreparedScene;
 use crate::scene::validate::is_degenerate;
+use crate::tables::PreparedScene;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::RayHit;
 use obvhs::rt_triangle::RtTriangle;

@@ -1,6 +1,6 @@
 //! What `converge` writes, and where.
 
-use super::of_case;
+use crate::cli::converge::of_case;
 use crate::cli::output::write_json;
 use crate::cli::warn;
 use crate::error::{Error, Result};

@@ -1,25 +1,26 @@
 //! `octray converge`: error against run time, for every way to render a scene.
 
 mod files;
+mod progress;
 mod setup;
-mod told;
 
-use super::args;
-use super::interrupt;
-use super::output::print;
-use super::warn;
+use crate::cli::args;
+use crate::cli::interrupt;
+use crate::cli::output::print;
+use crate::cli::warn;
 use crate::error::Result;
 use crate::report::analysis::{Finding, analyze};
 use crate::report::equal_time;
 use crate::report::experiment::{Budget, Experiment};
-use crate::report::reference::{self, Reference};
+use crate::report::reference;
+use crate::report::reference::Reference;
 use crate::settings::{Crop, Engine, Lights, Sampler, Strategy};
 use args::{List, RrDepth};
 use files::Files;
+use progress::Told;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use told::Told;
 
 /// Flags of `octray converge`.
 #[derive(clap::Args)]
@@ -137,7 +138,7 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
         files.remove_unfinished();
     }
     if !args.quiet {
-        print(&told::summary(&experiment, &findings, &args.out))?;
+        print(&progress::summary(&experiment, &findings, &args.out))?;
     }
     Ok(if finished { 0 } else { 1 })
 }

@@ -1,7 +1,9 @@
 //! From flags to an experiment.
 
-use super::ConvergeArgs;
-use crate::cli::args::{self, RrDepth};
+use crate::api::Scene;
+use crate::cli::args;
+use crate::cli::args::RrDepth;
+use crate::cli::converge::ConvergeArgs;
 use crate::cli::diff::explain;
 use crate::cli::warn;
 use crate::error::{Error, Result};
@@ -10,7 +12,7 @@ use crate::report::experiment::{Budget, Case, Configuration, Experiment};
 use crate::report::measure::Region;
 use crate::report::metrics;
 use crate::report::reference::{Reference, Source};
-use crate::scene::{Scene, SceneDesc};
+use crate::scene::SceneDesc;
 use crate::settings::{Crop, Engine, Settings};
 use std::path::Path;
 

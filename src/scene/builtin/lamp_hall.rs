@@ -2,7 +2,7 @@
 //! under the ceiling, on the pillars and along the floor; cross walls hide the lamps of one bay from those of the next,
 //! so which lamps matter changes from place to place.
 
-use super::{Mesh, add_ball, diffuse, fractal, uniform};
+use crate::scene::builtin::{Mesh, add_ball, diffuse, fractal, uniform};
 use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
 use glam::DVec3;
 

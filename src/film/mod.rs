@@ -1,0 +1,297 @@
+//! The film: per pixel, in f64, the sum and the sum of squares of its samples, added in sample order.
+//!
+//! **Errors.** Independent samples tell the variance of their mean by their own spread, s^2 / n. Those of the `sobol` sampler
+//! do not: points of one group know of each other, and their mean is better than that. So a pixel then has a sum for each
+//! of its four independent groups beside, and the spread of the groups' means tells.
+//!
+//! **Invariant:** a pixel's sums depend on its samples and their order alone, so the same bits come out of any number of
+//! threads, any tile order and any split into passes.
+
+pub mod checkpoint;
+pub mod sealed;
+
+use crate::sampler::sobol::GROUPS;
+use crate::settings::{Crop, Sampler};
+
+/// What one pixel has gathered, per channel (linear Rec.709 radiance, W sr^-1 m^-2).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pixel {
+    /// Sum of the samples.
+    pub sum: [f64; 3],
+    /// Sum of their squares.
+    pub sum_squares: [f64; 3],
+}
+
+impl Pixel {
+    /// Adds one sample; true if it was finite, else it is left out (and still counts as a sample of value 0).
+    #[inline(always)]
+    pub fn add(&mut self, radiance: [f32; 3]) -> bool {
+        if !radiance.iter().all(|c| c.is_finite()) {
+            return false;
+        }
+        for (channel, value) in radiance.into_iter().enumerate() {
+            let value = value as f64;
+            self.sum[channel] += value;
+            self.sum_squares[channel] += value * value;
+        }
+        true
+    }
+
+    /// Sum of the squared deviations of `n` samples from their mean, in one channel; never below 0, as rounding might have it.
+    fn squared_deviations(&self, channel: usize, n: f64) -> f64 {
+        (self.sum_squares[channel] - self.sum[channel] * self.sum[channel] / n).max(0.0)
+    }
+}
+
+/// A pixel's sums by group of the `sobol` sampler: sample `k` is in group `k % 4`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GroupSums(pub [[f64; 3]; GROUPS as usize]);
+
+impl GroupSums {
+    /// Adds sample number `sample`, which is finite.
+    #[inline(always)]
+    pub fn add(&mut self, sample: u32, radiance: [f32; 3]) {
+        let sums = &mut self.0[(sample % GROUPS) as usize];
+        for (sum, value) in sums.iter_mut().zip(radiance) {
+            *sum += value as f64;
+        }
+    }
+
+    /// Sum of the squared deviations of the groups' means from `mean`, that of all `spp` samples, each as often as the group
+    /// has samples. Over (groups - 1), the variance of a sample, were samples independent; of the mean, over `spp` more.
+    fn squared_deviations(&self, channel: usize, mean: f64, spp: u32) -> f64 {
+        let of_group = |(group, sums): (usize, &[f64; 3])| {
+            let size = (spp - group as u32).div_ceil(GROUPS) as f64;
+            let deviation = sums[channel] / size - mean;
+            size * deviation * deviation
+        };
+        self.0.iter().enumerate().map(of_group).sum()
+    }
+}
+
+/// The sums of some pixels. `groups` is empty, or has one entry a pixel.
+#[derive(Clone, Copy)]
+pub struct Sums<'a> {
+    /// All samples.
+    pub pixels: &'a [Pixel],
+    /// By group; for samples that are not independent.
+    pub groups: &'a [GroupSums],
+    /// Samples in every pixel.
+    pub spp: u32,
+}
+
+impl Sums<'_> {
+    /// Samples a pixel from which on its error is known.
+    fn least(&self) -> u32 {
+        if self.groups.is_empty() { 2 } else { GROUPS }
+    }
+
+    /// Whether there are enough samples to estimate errors.
+    pub fn tell_errors(&self) -> bool {
+        self.spp >= self.least()
+    }
+
+    /// The estimated variance of the mean of pixel `index`, per channel. Where group sizes differ (`spp` is no multiple of
+    /// 4) it is right for independent samples and a little too large for better ones.
+    ///
+    /// Only if [`Sums::tell_errors`].
+    fn variance(&self, index: usize) -> [f64; 3] {
+        let (pixel, n) = (&self.pixels[index], self.spp as f64);
+        std::array::from_fn(|c| match self.groups.get(index) {
+            None => pixel.squared_deviations(c, n) / (n - 1.0) / n,
+            Some(groups) => groups.squared_deviations(c, pixel.sum[c] / n, self.spp) / (GROUPS - 1) as f64 / n,
+        })
+    }
+}
+
+/// A sample that was not finite: where it arose. Such samples never reach the film's sums.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NonFinite {
+    /// Column in the whole film.
+    pub x: u32,
+    /// Row in the whole film.
+    pub y: u32,
+    /// Sample number.
+    pub sample: u32,
+    /// The stage that first made a value that is not finite.
+    pub stage: &'static str,
+}
+
+/// The sums of a picture (or of a crop of it), row 0 at the top.
+#[derive(Clone, Debug, Default)]
+pub struct Film {
+    /// Columns held.
+    pub width: u32,
+    /// Rows held.
+    pub height: u32,
+    /// Samples in every pixel.
+    pub spp: u32,
+    /// `width * height` pixels, row by row.
+    pub pixels: Vec<Pixel>,
+    /// The pixels' sums by group; empty where samples are independent.
+    pub groups: Vec<GroupSums>,
+    /// The settings of the render, as (key, value), written into EXR headers.
+    pub metadata: Vec<(String, String)>,
+    /// PNG exposure in stops; other formats hold radiance as it is.
+    pub exposure: f64,
+}
+
+impl Film {
+    /// An empty film for `crop` and samples that are independent.
+    pub fn new(crop: Crop) -> Film {
+        Film::of_sampler(crop, Sampler::Independent)
+    }
+
+    /// An empty film for `crop` and the samples of `sampler`.
+    pub fn of_sampler(crop: Crop, sampler: Sampler) -> Film {
+        let count = crop.width as usize * crop.height as usize;
+        let groups = vec![GroupSums::default(); if sampler == Sampler::Sobol { count } else { 0 }];
+        Film {
+            width: crop.width,
+            height: crop.height,
+            pixels: vec![Pixel::default(); count],
+            groups,
+            ..Film::default()
+        }
+    }
+
+    /// The film's sums.
+    pub fn sums(&self) -> Sums<'_> {
+        Sums { pixels: &self.pixels, groups: &self.groups, spp: self.spp }
+    }
+
+    /// The mean of a pixel's samples: its radiance, rounded once to f32.
+    pub fn mean(&self, x: u32, y: u32) -> [f32; 3] {
+        let pixel = self.pixel(x, y);
+        pixel.sum.map(|sum| (sum / self.spp.max(1) as f64) as f32)
+    }
+
+    /// The estimated variance of [`Film::mean`], per channel: s^2 / n, or by the spread of the groups' means; 0 where it is
+    /// not known: below two samples, or four that are not independent.
+    pub fn variance(&self, x: u32, y: u32) -> [f32; 3] {
+        let sums = self.sums();
+        if !sums.tell_errors() {
+            return [0.0; 3];
+        }
+        sums.variance(y as usize * self.width as usize + x as usize).map(|variance| variance as f32)
+    }
+
+    /// The mean radiance of the picture, per channel.
+    pub fn mean_radiance(&self) -> [f64; 3] {
+        let samples = self.pixels.len().max(1) as f64 * self.spp.max(1) as f64;
+        std::array::from_fn(|c| self.pixels.iter().map(|p| p.sum[c]).sum::<f64>() / samples)
+    }
+
+    /// The picture's estimated relative standard error: the root of (mean variance of a pixel's mean) over the mean
+    /// radiance, channels averaged; `None` below two samples (four with the `sobol` sampler) or for a black picture.
+    pub fn relative_error(&self) -> Option<f64> {
+        self.relative_error_estimate().map(|(error, _)| error)
+    }
+
+    /// [`Film::relative_error`], and how far it may be from the error that this very picture has: a standard error. It
+    /// comes from what the squared errors of so many pixels add up to by chance, each with twice the square of its variance
+    /// (as normal means have), the channels of a pixel fully correlated.
+    pub fn relative_error_estimate(&self) -> Option<(f64, f64)> {
+        ErrorSums::of(self.sums()).estimate()
+    }
+
+    fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[y as usize * self.width as usize + x as usize]
+    }
+}
+
+/// What the error estimate needs of some pixels with equally many samples.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ErrorSums {
+    /// Pixels counted.
+    pixels: f64,
+    /// Sum of the variances of the pixels' means, channels averaged.
+    variance: f64,
+    /// Sum of the squares of those variances.
+    variance_squares: f64,
+    /// Sum of the pixels' means, channels averaged.
+    mean: f64,
+}
+
+impl ErrorSums {
+    /// Of pixels; nothing is known where they do not tell errors.
+    pub fn of(pixels: Sums) -> ErrorSums {
+        let mut sums = ErrorSums::default();
+        if !pixels.tell_errors() {
+            return sums;
+        }
+        for (index, pixel) in pixels.pixels.iter().enumerate() {
+            let variance = pixels.variance(index).iter().sum::<f64>() / 3.0;
+            sums.variance += variance;
+            sums.variance_squares += variance * variance;
+            sums.mean += pixel.sum.iter().sum::<f64>() / (3.0 * pixels.spp as f64);
+        }
+        sums.pixels = pixels.pixels.len() as f64;
+        sums
+    }
+
+    /// Adds other pixels.
+    pub fn add(&mut self, other: &ErrorSums) {
+        self.pixels += other.pixels;
+        self.variance += other.variance;
+        self.variance_squares += other.variance_squares;
+        self.mean += other.mean;
+    }
+
+    /// The relative error of all these pixels and its standard error, as [`Film::relative_error_estimate`] defines them.
+    pub fn estimate(&self) -> Option<(f64, f64)> {
+        let ErrorSums { pixels: count, variance, variance_squares, mean } = *self;
+        if mean.is_nan() || mean <= 0.0 {
+            return None;
+        }
+        let error = (variance / count).sqrt() / (mean / count);
+        // The delta method: a root has half the relative error of its argument.
+        let of_variance = (2.0 * variance_squares).sqrt() / variance;
+        Some((error, if variance > 0.0 { 0.5 * error * of_variance } else { 0.0 }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_estimate_matches_numbers_worked_by_hand() {
+        let mut film = Film::new(Crop { x: 0, y: 0, width: 2, height: 1 });
+        film.spp = 2;
+        assert_eq!(film.relative_error_estimate(), None);
+        // Pixel 0: samples 1 and 3, variance of the mean 2 / 2 = 1. Pixel 1: samples 2 and 2, variance 0.
+        for (pixel, samples) in [(0, [1.0, 3.0]), (1, [2.0, 2.0])] {
+            assert!(samples.iter().all(|&value| film.pixels[pixel].add([value; 3])));
+        }
+        assert_eq!(film.variance(0, 0), [1.0; 3]);
+        // Mean variance 1/2, mean 2; the squared errors, expected to be 1 and 0, have the variances 2 and 0.
+        let (error, standard_error) = film.relative_error_estimate().unwrap();
+        assert!((error - 0.5f64.sqrt() / 2.0).abs() < 1e-12);
+        assert!((standard_error - 0.5 * 2f64.sqrt() * error).abs() < 1e-12);
+    }
+
+    #[test]
+    fn groups_tell_the_error_by_their_means() {
+        let crop = Crop { x: 0, y: 0, width: 1, height: 1 };
+        let film = |samples: &[f32]| {
+            let mut film = Film::of_sampler(crop, Sampler::Sobol);
+            film.spp = samples.len() as u32;
+            for (number, &value) in samples.iter().enumerate() {
+                assert!(film.pixels[0].add([value; 3]));
+                film.groups[0].add(number as u32, [value; 3]);
+            }
+            film
+        };
+        // Three samples say nothing, though they differ; independent ones would.
+        let three = film(&[1.0, 2.0, 4.0]);
+        assert_eq!((three.variance(0, 0), three.relative_error()), ([0.0; 3], None));
+        // Groups (1, 7), (2, 6), (3, 5), (2, 2): means 4, 4, 4, 2 about 3.5; (3 * 0.25 + 2.25) / 3 / 4 = 0.25.
+        let eight = film(&[1.0, 2.0, 3.0, 2.0, 7.0, 6.0, 5.0, 2.0]);
+        assert_eq!(eight.variance(0, 0), [0.25; 3]);
+        assert!((eight.relative_error().unwrap() - 0.5 / 3.5).abs() < 1e-12);
+        // Groups (4, 8), (2), (2), (4): means 6, 2, 2, 4 about 4; (2 * 4 + 4 + 4 + 0) / 3 / 5.
+        let five = film(&[4.0, 2.0, 2.0, 4.0, 8.0]);
+        assert_eq!(five.variance(0, 0), [(16.0f64 / 15.0) as f32; 3]);
+    }
+}

@@ -1,0 +1,319 @@
+//! From a path to a [`SceneDesc`]: `.toml`, bare `.obj` or `builtin:NAME`.
+
+use crate::error::{Error, Result};
+use crate::image::Image;
+use crate::import::obj::mesh::{ObjMaterial, ObjMesh, ObjTriangle, load_obj};
+use crate::import::obj::mtl::{MtlKind, MtlMaterial};
+use crate::import::toml::parse;
+use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, SceneFile};
+use crate::import::transform::Transform;
+use crate::nearest::nearest;
+use crate::scene::builtin;
+use crate::scene::desc::{
+    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, SceneDesc, TriangleDesc,
+};
+use crate::scene::validate;
+use crate::scene::validate::is_degenerate;
+use std::path::Path;
+
+impl SceneDesc {
+    /// Loads a TOML scene file, a bare OBJ, or a scene made in code (`builtin:NAME`).
+    pub fn load(path: impl AsRef<Path>) -> Result<SceneDesc> {
+        let path = path.as_ref();
+        if let Some(name) = path.to_str().and_then(|text| text.strip_prefix("builtin:")) {
+            return builtin::build(name);
+        }
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        match extension.as_str() {
+            "toml" => load_toml(path),
+            "obj" => SceneDesc::from_obj(path),
+            _ => Err(Error::parse(path, None, "not a scene: octray reads .toml and .obj files and builtin:NAME")),
+        }
+    }
+
+    /// Loads an OBJ by itself: a camera that looks along -z with the whole box in view and, if nothing emits, a
+    /// constant white environment.
+    pub fn from_obj(path: impl AsRef<Path>) -> Result<SceneDesc> {
+        let path = path.as_ref();
+        let mut scene = Assembly::new(path);
+        scene.add_mesh(path, &Transform::default(), None)?;
+        let mut scene = scene.finish(&[])?;
+        frame(&mut scene)?;
+        if !emits(&scene) {
+            scene.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+            scene.warnings.push("nothing emits light: lit by a constant white environment".into());
+        }
+        validate::check(&scene)?;
+        Ok(scene)
+    }
+}
+
+fn load_toml(path: &Path) -> Result<SceneDesc> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let SceneFile { camera, film, filter, render, meshes, materials, environment } =
+        parse::parse_scene(path, &parse::toml_text(path, bytes)?)?;
+    if meshes.is_empty() {
+        return Err(Error::parse(path, None, "no triangles: add a [[mesh]] with obj = \"FILE.obj\""));
+    }
+    let mut scene = Assembly::new(path);
+    for mesh in &meshes {
+        scene.add_mesh(&path.with_file_name("").join(&mesh.obj), &mesh.transform, Some((path, mesh.line)))?;
+    }
+    let mut scene = scene.finish(&materials)?;
+    (scene.film, scene.filter, scene.render) = (film, filter, render);
+    scene.environment = match environment {
+        None => None,
+        Some(EnvironmentEntry::Constant { radiance }) => Some(EnvironmentDesc::Constant { radiance }),
+        Some(EnvironmentEntry::Map { file, line, rotate, scale }) => {
+            let desc = MapDesc { file, rotate, scale, ..MapDesc::default() };
+            load_map(path, line, desc, &mut scene.warnings)?.map(EnvironmentDesc::Map)
+        }
+    };
+    match camera {
+        Some(camera) => scene.camera = camera,
+        None => frame(&mut scene)?,
+    }
+    if scene.environment.is_none() && !emits(&scene) {
+        scene.warnings.push("nothing emits light: the picture will be black; add emission or an [environment]".into());
+    }
+    validate::check(&scene)?;
+    Ok(scene)
+}
+
+/// Reads the environment map that `desc` names; `None` if it is all black. What cannot be radiance is an error where it is
+/// infinite, and counts 0, with a warning, where it is negative or no number.
+fn load_map(scene: &Path, line: usize, mut desc: MapDesc, warnings: &mut Vec<String>) -> Result<Option<MapDesc>> {
+    let file = scene.with_file_name("").join(&desc.file);
+    let fault = |message: String| Error::parse(scene, Some(line), format!("[environment]: {message}"));
+    let image = Image::read(&file).map_err(|error| fault(error.to_string().replace('\n', ", ")))?;
+    (desc.width, desc.height, desc.texels) = (image.width, image.height, image.pixels);
+    let mut mended = 0;
+    for texel in &mut desc.texels {
+        if texel.iter().any(|&c| c < 0.0 || c.is_nan()) {
+            mended += 1;
+            *texel = texel.map(|c| if c > 0.0 { c } else { 0.0 });
+        }
+    }
+    let name = file.display();
+    if mended > 0 {
+        warnings.push(format!("{name}: {mended} texels are negative or not a number; what is counts as 0"));
+    }
+    if let Some(i) = desc.texels.iter().position(|texel| texel.iter().any(|c| c.is_infinite())) {
+        let (x, y) = (i as u32 % desc.width, i as u32 / desc.width);
+        return Err(fault(format!("{name}: texel {x},{y} is infinite: clamp the map to what the light really is")));
+    }
+    if desc.texels.iter().all(|texel| *texel == [0.0; 3]) || desc.scale == 0.0 {
+        warnings.push(format!("{name}: the environment map is black"));
+        return Ok(None);
+    }
+    desc.file = name.to_string();
+    let environment = EnvironmentDesc::Map(desc);
+    match (validate::environment_fault(&environment), environment) {
+        (Some(message), _) => Err(fault(message)),
+        (None, EnvironmentDesc::Map(desc)) => Ok(Some(desc)),
+        (None, EnvironmentDesc::Constant { .. }) => Ok(None),
+    }
+}
+
+/// Whether any triangle shines.
+fn emits(scene: &SceneDesc) -> bool {
+    scene.triangles.iter().any(|t| scene.materials[t.material as usize].emission != [0.0; 3])
+}
+
+/// A scene being put together from meshes.
+pub(super) struct Assembly<'a> {
+    pub(super) path: &'a Path,
+    pub(super) scene: SceneDesc,
+    materials: Vec<ObjMaterial>,
+}
+
+impl<'a> Assembly<'a> {
+    fn new(path: &'a Path) -> Self {
+        let scene = SceneDesc { name: path.display().to_string(), film: parse::DEFAULT_FILM, ..SceneDesc::default() };
+        Assembly { path, scene, materials: Vec::new() }
+    }
+
+    /// Adds an OBJ file; `entry` is the file and line that name it.
+    fn add_mesh(&mut self, obj: &Path, transform: &Transform, entry: Option<(&Path, usize)>) -> Result<()> {
+        let mesh = load_obj(obj, &mut self.scene.warnings)?;
+        let vertices = self.scene.positions.len();
+        let fault = |message: &str| Error::parse(entry.map_or(obj, |(file, _)| file), entry.map(|e| e.1), message);
+        if u32::try_from(vertices + mesh.positions.len()).is_err() {
+            return Err(fault("more than 2^32 vertices: split the scene"));
+        }
+        self.scene.positions.extend(mesh.positions.iter().map(|&p| transform.apply(p)));
+        if self.scene.positions[vertices..].iter().flatten().any(|x| !x.is_finite()) {
+            return Err(fault("the transform moves vertices out of the range of f32: scale or translate less"));
+        }
+        self.add_corners(&mesh, transform);
+        let (vertices, materials, mirrored) = (vertices as u32, self.materials.len() as u32, transform.mirrors());
+        self.scene.triangles.extend(mesh.triangles.iter().map(|t| TriangleDesc {
+            vertices: t.vertices.map(|v| vertices + v),
+            material: materials + t.material,
+            flipped: t.flipped != mirrored,
+        }));
+        self.materials.extend(mesh.materials);
+        Ok(())
+    }
+
+    /// Adds what the corners of `mesh`, whose triangles are next, carry. Meshes with nothing cost nothing unless another
+    /// mesh of the scene has something.
+    fn add_corners(&mut self, mesh: &ObjMesh, transform: &Transform) {
+        let before = self.scene.triangles.len();
+        let carries = |t: &ObjTriangle| t.normals != [[0.0; 3]; 3] || t.uvs != [[0.0; 2]; 3];
+        if mesh.triangles.iter().any(carries) {
+            self.scene.corners.resize(before, CornerDesc::default());
+            let normals = |t: &ObjTriangle| t.normals.map(|n| transform.apply_to_normal(n));
+            let corner = |t: &ObjTriangle| CornerDesc { normals: normals(t), uvs: t.uvs };
+            self.scene.corners.extend(mesh.triangles.iter().map(corner));
+        } else if !self.scene.corners.is_empty() {
+            self.scene.corners.resize(before + mesh.triangles.len(), CornerDesc::default());
+        }
+    }
+
+    /// Applies the TOML's material entries and drops materials that no triangle has.
+    fn finish(mut self, entries: &[MaterialEntry]) -> Result<SceneDesc> {
+        if self.scene.triangles.is_empty() {
+            return Err(Error::parse(self.path, None, "no triangles: the OBJ has no faces of three or more corners"));
+        }
+        let used = self.keep_used_materials();
+        let mut notes = Notes::default();
+        for ObjMaterial { material, defined } in &used {
+            let entry = entries.iter().find(|entry| entry.name == material.name);
+            if !defined && entry.is_none() {
+                notes.undefined.push(material.name.clone());
+            }
+            let mut resolved = resolve(self.path, material, entry)?;
+            self.add_images(&mut resolved, material, entry)?;
+            self.scene.materials.push(resolved);
+        }
+        self.warn_of_unused(entries);
+        notes.finish(&mut self.scene.warnings);
+        self.warn_of_degenerate();
+        Ok(self.scene)
+    }
+
+    /// The materials that triangles have, renumbered.
+    fn keep_used_materials(&mut self) -> Vec<ObjMaterial> {
+        let mut place = vec![None; self.materials.len()];
+        let mut used = Vec::new();
+        for triangle in &mut self.scene.triangles {
+            let old = triangle.material as usize;
+            triangle.material = *place[old].get_or_insert_with(|| {
+                used.push(self.materials[old].clone());
+                used.len() as u32 - 1
+            });
+        }
+        used
+    }
+
+    fn warn_of_unused(&mut self, entries: &[MaterialEntry]) {
+        for entry in entries.iter().filter(|entry| self.scene.materials.iter().all(|m| m.name != entry.name)) {
+            let near = nearest(&entry.name, self.scene.materials.iter().map(|m| m.name.as_str())).unwrap_or_default();
+            let (file, line, name) = (self.path.display(), entry.line, &entry.name);
+            let warning = format!("{file}:{line}: no mesh uses the material `{name}`; the nearest in use is `{near}`");
+            self.scene.warnings.push(warning);
+        }
+    }
+
+    fn warn_of_degenerate(&mut self) {
+        let scene = &mut self.scene;
+        let corners = |t: &TriangleDesc| t.vertices.map(|v| scene.positions[v as usize]);
+        let count = scene.triangles.iter().filter(|t| is_degenerate(corners(t))).count();
+        if count > 0 {
+            scene.warnings.push(format!("{count} triangle(s) have no area; they keep their numbers and are never hit"));
+        }
+    }
+}
+
+/// What several materials have in common, told once.
+#[derive(Default)]
+struct Notes {
+    undefined: Vec<String>,
+}
+
+impl Notes {
+    fn finish(self, warnings: &mut Vec<String>) {
+        if !self.undefined.is_empty() {
+            warnings.push(format!("no MTL defines {}: grey (albedo 0.5) instead", list(&self.undefined)));
+        }
+    }
+}
+
+/// The first few names in quotes.
+fn list(names: &[String]) -> String {
+    let mut text = names.iter().take(8).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    if names.len() > 8 {
+        text += &format!(" and {} more", names.len() - 8);
+    }
+    text
+}
+
+/// An MTL material with a TOML entry's keys put over it.
+fn resolve(scene: &Path, material: &MtlMaterial, entry: Option<&MaterialEntry>) -> Result<MaterialDesc> {
+    let kind = entry.and_then(|e| e.kind).unwrap_or(match material.kind {
+        MtlKind::Diffuse => Kind::Diffuse,
+        MtlKind::Mirror => Kind::Mirror,
+        MtlKind::Dielectric => Kind::Dielectric,
+        MtlKind::Conductor => Kind::Conductor,
+        MtlKind::Plastic => Kind::Plastic,
+    });
+    let name = material.name.clone();
+    let fault =
+        |line: usize, message: String| Err(Error::parse(scene, Some(line), format!("[material.{name}]: {message}")));
+    if let Some(entry) = entry {
+        let named = [
+            ("albedo", entry.albedo.is_some()),
+            ("reflectance", entry.reflectance.is_some()),
+            ("alpha", entry.alpha.is_some()),
+            ("eta", entry.complex_ior.is_some()),
+            ("ior", entry.ior.is_some()),
+            ("transmittance", entry.transmittance.is_some()),
+        ];
+        if let Some((key, _)) = named.iter().find(|(key, named)| *named && !kind.has(key)) {
+            return fault(entry.line, format!("its MTL makes it no kind that has `{key}`: add a `kind`"));
+        }
+    }
+    let scattering = entry.unwrap_or(&MaterialEntry::default()).over(kind, material);
+    if let (Some(entry), Some(message)) = (entry, validate::scattering_fault(&scattering)) {
+        return fault(entry.line, message);
+    }
+    let emission = entry.and_then(|e| e.emission).unwrap_or(material.emission);
+    let two_sided = entry.is_some_and(|e| e.two_sided);
+    Ok(MaterialDesc { name, scattering, emission, two_sided, ..MaterialDesc::default() })
+}
+
+/// Gives the scene a camera from +z along -z that has the whole box in view, and says so.
+fn frame(scene: &mut SceneDesc) -> Result<()> {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for vertex in scene.triangles.iter().flat_map(|t| t.vertices) {
+        for (axis, x) in scene.positions[vertex as usize].iter().enumerate() {
+            low[axis] = low[axis].min(f64::from(*x));
+            high[axis] = high[axis].max(f64::from(*x));
+        }
+    }
+    let centre: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+    let half: [f64; 3] = std::array::from_fn(|i| 0.5 * (high[i] - low[i]));
+    let aspect = f64::from(scene.film.0) / f64::from(scene.film.1);
+    let fov = CameraDesc::default().vertical_fov;
+    // The box's near face is its widest outline; 5 % air around it.
+    let near_face = 1.05 * half[1].max(half[0] / aspect) / libm::tan(0.5 * fov.to_radians());
+    // A line or point of a box: stand back by its depth, or by 1.
+    let depth = if half[2] > 0.0 { half[2] } else { centre.iter().fold(1.0, |m: f64, x| m.max(x.abs())) };
+    let distance = if near_face > 0.0 { near_face } else { depth };
+    scene.camera = CameraDesc {
+        position: [centre[0], centre[1], high[2] + distance],
+        look_at: centre,
+        up: [0.0, 1.0, 0.0],
+        vertical_fov: fov,
+        ..CameraDesc::default()
+    };
+    if let Some(fault) = validate::camera_fault(&scene.camera) {
+        let message = format!("its box {low:?} to {high:?} cannot be framed: {fault}");
+        return Err(Error::Scene { scene: scene.name.clone(), message });
+    }
+    let [x, y, z] = scene.camera.position.map(|x| x as f32);
+    scene.warnings.push(format!("no camera: one at [{x}, {y}, {z}] looks along -z with vertical_fov {fov}"));
+    scene.render = RenderDesc::default();
+    Ok(())
+}

@@ -1,0 +1,139 @@
+//! Pictures that materials name: found, read once, put on their materials.
+
+use crate::error::{Error, Result};
+use crate::import::assembly::Assembly;
+use crate::import::obj::mtl::{GREY, MtlMaterial, TextureRef};
+use crate::import::toml::parse::MaterialEntry;
+use crate::scene::desc::{MaskDesc, MaterialDesc, Scattering, TextureDesc, TextureUse};
+use std::path::Path;
+
+impl Assembly<'_> {
+    /// Loads the pictures of a material. One that the TOML names must be there; where one that an MTL names is not, its
+    /// colour stays.
+    pub(super) fn add_images(
+        &mut self,
+        resolved: &mut MaterialDesc,
+        material: &MtlMaterial,
+        entry: Option<&MaterialEntry>,
+    ) -> Result<()> {
+        let name = &resolved.name;
+        let textured = match &mut resolved.scattering {
+            Scattering::Diffuse { albedo } | Scattering::Plastic { albedo, .. } => Some(albedo),
+            _ => None,
+        };
+        if let Some((file, line)) = entry.and_then(|e| e.texture.as_ref()) {
+            let fault = |why: String| Error::parse(self.path, Some(*line), format!("[material.{name}]: {why}"));
+            let Some(albedo) = textured else {
+                return Err(fault("only diffuse and plastic have a `texture`: add a `kind`".into()));
+            };
+            let path = self.path.with_file_name("").join(file);
+            let texture = self.texture(&path).map_err(|why| fault(format!("texture `{file}`: {why}")))?;
+            // The picture alone, unless the entry itself says by what to multiply it.
+            *albedo = entry.and_then(|e| e.albedo).unwrap_or([1.0; 3]);
+            resolved.texture = Some(TextureUse { texture, scale: [1.0; 2], offset: [0.0; 2] });
+        } else if let (Some(reference), Some(albedo), None) =
+            (&material.texture, textured, entry.and_then(|e| e.albedo))
+        {
+            resolved.texture = self.mtl_texture(name, reference);
+            if resolved.texture.is_none() && reference.alone {
+                *albedo = GREY;
+            }
+        }
+        if let (Some(reference), None) = (&material.emission_texture, entry.and_then(|e| e.emission)) {
+            resolved.emission_texture = self.mtl_texture(name, reference);
+            if resolved.emission_texture.is_none() && reference.alone {
+                resolved.emission = [0.0; 3];
+            }
+        }
+        if let Some((file, line)) = entry.and_then(|e| e.cutout.as_ref()) {
+            let path = self.path.with_file_name("").join(file);
+            let texture = self.mask(&path).map_err(|why| {
+                Error::parse(self.path, Some(*line), format!("[material.{name}]: cutout `{file}`: {why}"))
+            })?;
+            resolved.alpha_mask = Some(TextureUse { texture, scale: [1.0; 2], offset: [0.0; 2] });
+        } else if let Some(TextureRef { path, scale, offset, .. }) = &material.alpha_mask {
+            match self.mask(path) {
+                Ok(texture) => resolved.alpha_mask = Some(TextureUse { texture, scale: *scale, offset: *offset }),
+                Err(why) => {
+                    let file = path.display();
+                    let warning = format!("{file}: cannot read the cut-out of material `{name}` ({why}): it is whole");
+                    self.scene.warnings.push(warning);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The picture that an MTL names; a warning if it cannot be read.
+    fn mtl_texture(&mut self, material: &str, reference: &TextureRef) -> Option<TextureUse> {
+        let TextureRef { path, scale, offset, .. } = reference;
+        match self.texture(path) {
+            Ok(texture) => Some(TextureUse { texture, scale: *scale, offset: *offset }),
+            Err(why) => {
+                let file = path.display();
+                let warning =
+                    format!("{file}: cannot read the texture of material `{material}` ({why}): its colour instead");
+                self.scene.warnings.push(warning);
+                None
+            }
+        }
+    }
+
+    /// The number of the picture in `path`, read once.
+    fn texture(&mut self, path: &Path) -> std::result::Result<u32, String> {
+        let name = path.display().to_string();
+        let textures = &mut self.scene.textures;
+        if let Some(place) = textures.iter().position(|texture| texture.name == name) {
+            return Ok(place as u32);
+        }
+        textures.push(read_texture(path)?);
+        Ok(textures.len() as u32 - 1)
+    }
+
+    /// The number of the mask in `path`, read once.
+    fn mask(&mut self, path: &Path) -> std::result::Result<u32, String> {
+        let name = path.display().to_string();
+        let masks = &mut self.scene.masks;
+        if let Some(place) = masks.iter().position(|mask| mask.name == name) {
+            return Ok(place as u32);
+        }
+        masks.push(read_mask(path)?);
+        Ok(masks.len() as u32 - 1)
+    }
+}
+
+/// Decodes a PNG or JPEG file; the message says why it cannot.
+fn read_image(path: &Path) -> std::result::Result<::image::DynamicImage, String> {
+    let reader = ::image::ImageReader::open(path).map_err(|e| e.to_string())?;
+    let picture = reader.with_guessed_format().map_err(|e| e.to_string())?.decode().map_err(|e| e.to_string())?;
+    if picture.width() == 0 || picture.height() == 0 {
+        return Err("the picture has no pixels".into());
+    }
+    Ok(picture)
+}
+
+/// Reads a PNG or JPEG file; the message says why it cannot.
+fn read_texture(path: &Path) -> std::result::Result<TextureDesc, String> {
+    // Alpha is no colour; 16-bit files lose their lower half.
+    let picture = read_image(path)?.to_rgb8();
+    let (width, height) = picture.dimensions();
+    Ok(TextureDesc {
+        name: path.display().to_string(),
+        width,
+        height,
+        texels: picture.pixels().map(|pixel| pixel.0).collect(),
+    })
+}
+
+/// Reads a PNG or JPEG file as a mask: its alpha channel if it has one, else its luminance (of a grey picture the grey
+/// itself). The numbers are taken as they are, not as sRGB. The message says why it cannot.
+fn read_mask(path: &Path) -> std::result::Result<MaskDesc, String> {
+    let picture = read_image(path)?;
+    let (width, height) = (picture.width(), picture.height());
+    let texels = if picture.color().has_alpha() {
+        picture.to_rgba8().pixels().map(|pixel| pixel.0[3]).collect()
+    } else {
+        picture.to_luma8().into_raw()
+    };
+    Ok(MaskDesc { name: path.display().to_string(), width, height, texels })
+}

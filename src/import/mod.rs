@@ -1,0 +1,10 @@
+//! From files to a [`SceneDesc`](crate::scene::SceneDesc).
+//!
+//! **Law:** no text, however odd, makes loading panic: it ends in a description or in one error that names file and line.
+//! One folder a format; [`assembly`] puts together what they give. Nothing here knows of tables or engines.
+
+pub mod assembly;
+mod images;
+pub mod obj;
+pub mod toml;
+pub mod transform;

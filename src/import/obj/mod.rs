@@ -1,0 +1,6 @@
+//! OBJ meshes and their MTL materials.
+
+pub mod mesh;
+pub mod mtl;
+pub mod text;
+pub mod triangulate;

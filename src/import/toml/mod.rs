@@ -1,0 +1,4 @@
+//! TOML scene files.
+
+pub mod parse;
+pub mod reader;

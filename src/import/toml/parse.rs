@@ -1,0 +1,397 @@
+//! A TOML scene file's text into what it says. Reads no other file; every fault names its line.
+
+use crate::error::{Error, Result};
+use crate::import::obj::mtl::MtlMaterial;
+use crate::import::toml::reader::{Document, Table};
+use crate::import::transform;
+use crate::import::transform::Transform;
+use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
+use crate::scene::validate;
+use crate::settings::MAX_FILM_SIDE;
+use std::ops::Range;
+use std::path::Path;
+use std::str::FromStr;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The film of a scene that does not say.
+pub const DEFAULT_FILM: (u32, u32) = (512, 512);
+
+/// What a TOML scene file says.
+#[derive(Clone, Debug)]
+pub struct SceneFile {
+    /// The camera, if there is one.
+    pub camera: Option<CameraDesc>,
+    /// Film size in pixels.
+    pub film: (u32, u32),
+    /// The pixel filter.
+    pub filter: PixelFilter,
+    /// Defaults for rendering.
+    pub render: RenderDesc,
+    /// The meshes, in file order.
+    pub meshes: Vec<MeshEntry>,
+    /// The material entries, in file order.
+    pub materials: Vec<MaterialEntry>,
+    /// The environment, if it shines.
+    pub environment: Option<EnvironmentEntry>,
+}
+
+/// One `[[mesh]]`.
+#[derive(Clone, Debug)]
+pub struct MeshEntry {
+    /// Its OBJ file, as written.
+    pub obj: String,
+    /// The line it begins at.
+    pub line: usize,
+    /// Where it stands.
+    pub transform: Transform,
+}
+
+/// What `[environment]` says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentEntry {
+    /// The same from every direction.
+    Constant {
+        /// Radiance, W sr^-1 m^-2, scale included; not all 0.
+        radiance: [f64; 3],
+    },
+    /// A picture.
+    Map {
+        /// Its file, as written.
+        file: String,
+        /// The line that names it.
+        line: usize,
+        /// Degrees about +y.
+        rotate: f64,
+        /// Factor from texels to radiance, at least 0.
+        scale: f64,
+    },
+}
+
+/// The kinds of material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Lambertian.
+    Diffuse,
+    /// Perfect mirror.
+    Mirror,
+    /// Rough metal.
+    Conductor,
+    /// Smooth glass.
+    Dielectric,
+    /// Diffuse base under a rough coat.
+    Plastic,
+}
+
+impl Kind {
+    /// Every kind with its name in a scene file and the keys it has besides `emission` and `two_sided`.
+    pub const ALL: [(Kind, &'static str, &'static [&'static str]); 5] = [
+        (Kind::Diffuse, "diffuse", &["albedo"]),
+        (Kind::Mirror, "mirror", &["reflectance"]),
+        (Kind::Conductor, "conductor", &["alpha", "reflectance", "eta", "k"]),
+        (Kind::Dielectric, "dielectric", &["ior", "transmittance"]),
+        (Kind::Plastic, "plastic", &["albedo", "ior", "alpha"]),
+    ];
+
+    fn row(self) -> &'static (Kind, &'static str, &'static [&'static str]) {
+        Self::ALL.iter().find(|row| row.0 == self).unwrap_or(&Self::ALL[0])
+    }
+
+    /// Its name in a scene file.
+    pub fn name(self) -> &'static str {
+        self.row().1
+    }
+
+    /// Whether it has this key.
+    pub fn has(self, key: &str) -> bool {
+        self.row().2.contains(&key)
+    }
+}
+
+/// One `[material.NAME]`: the keys it names.
+#[derive(Clone, Debug, Default)]
+pub struct MaterialEntry {
+    /// The material's name.
+    pub name: String,
+    /// The line it begins at.
+    pub line: usize,
+    /// Kind, if named.
+    pub kind: Option<Kind>,
+    /// Albedo, if named.
+    pub albedo: Option<[f64; 3]>,
+    /// Reflectance, if named.
+    pub reflectance: Option<[f64; 3]>,
+    /// GGX width, if named.
+    pub alpha: Option<f64>,
+    /// Complex index of refraction, if named.
+    pub complex_ior: Option<([f64; 3], [f64; 3])>,
+    /// Index of refraction, if named.
+    pub ior: Option<f64>,
+    /// Transmittance, if named.
+    pub transmittance: Option<[f64; 3]>,
+    /// Emission, if named.
+    pub emission: Option<[f64; 3]>,
+    /// Both sides emit.
+    pub two_sided: bool,
+    /// The file of a picture, as written, and its line.
+    pub texture: Option<(String, usize)>,
+    /// The file of a mask, as written, and its line.
+    pub cutout: Option<(String, usize)>,
+}
+
+impl MaterialEntry {
+    /// How `material` scatters as a `kind` with this entry's keys put over it.
+    pub fn over(&self, kind: Kind, material: &MtlMaterial) -> Scattering {
+        let albedo = self.albedo.unwrap_or(material.diffuse);
+        let reflectance = self.reflectance.unwrap_or(material.specular);
+        let (alpha, ior) = (self.alpha.unwrap_or(material.alpha), self.ior.unwrap_or(material.ior));
+        match kind {
+            Kind::Diffuse => Scattering::Diffuse { albedo },
+            Kind::Mirror => Scattering::Mirror { reflectance },
+            Kind::Conductor => Scattering::Conductor { alpha, reflectance, complex_ior: self.complex_ior },
+            Kind::Dielectric => Scattering::Dielectric { ior, transmittance: self.transmittance.unwrap_or([1.0; 3]) },
+            Kind::Plastic => Scattering::Plastic { albedo, ior, alpha },
+        }
+    }
+}
+
+/// Reads the text of the scene file `path`.
+pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
+    let document = Document { path, text };
+    let root = DeTable::parse(text).map_err(|e| document.syntax_error(&e))?;
+    let root = Table { document, name: "the scene".into(), span: 0..0, entries: root.get_ref() };
+    root.check_keys(&["camera", "film", "render", "mesh", "material", "environment"], &[])?;
+    let section = |key: &str| match root.entries.get(key) {
+        Some(value) => document.table(format!("[{key}]"), value).map(Some),
+        None => Ok(None),
+    };
+    let film = section("film")?.map(|t| parse_film(&t)).transpose()?;
+    let (film, filter) = film.unwrap_or((DEFAULT_FILM, PixelFilter::Box));
+    Ok(SceneFile {
+        camera: section("camera")?.map(|t| parse_camera(&t)).transpose()?,
+        film,
+        filter,
+        render: section("render")?.map(|t| parse_render(&t)).transpose()?.unwrap_or_default(),
+        meshes: parse_meshes(&root)?,
+        materials: section("material")?.map(|t| parse_materials(&t)).transpose()?.unwrap_or_default(),
+        environment: section("environment")?.map(|t| parse_environment(&t)).transpose()?.flatten(),
+    })
+}
+
+fn parse_camera(table: &Table<'_>) -> Result<CameraDesc> {
+    table.check_keys(&["position", "look_at", "up", "vertical_fov", "aperture_radius", "focus_distance"], &[])?;
+    let default = CameraDesc::default();
+    let position = table.need("position", table.vector("position")?)?;
+    let look_at = table.need("look_at", table.vector("look_at")?)?;
+    let camera = CameraDesc {
+        position,
+        look_at,
+        up: table.vector("up")?.unwrap_or(default.up),
+        vertical_fov: table.number("vertical_fov")?.unwrap_or(default.vertical_fov),
+        aperture_radius: table.number("aperture_radius")?.unwrap_or(default.aperture_radius),
+        // A lens that does not say is in focus where the camera looks at; `camera_fault` judges it.
+        focus_distance: table.number("focus_distance")?.unwrap_or_else(|| {
+            match transform::distance(position, look_at) {
+                0.0 => default.focus_distance,
+                distance => distance,
+            }
+        }),
+    };
+    match validate::camera_fault(&camera) {
+        // The line of the key to change: the fault's text begins with its name.
+        Some(fault) => Err(table.error_at(fault.split([' ', ',']).next().unwrap_or_default(), fault)),
+        None => Ok(camera),
+    }
+}
+
+fn parse_film(table: &Table<'_>) -> Result<((u32, u32), PixelFilter)> {
+    table.check_keys(&["width", "height", "filter"], &[])?;
+    let width = table.whole("width", 1..=MAX_FILM_SIDE)?.unwrap_or(DEFAULT_FILM.0);
+    let height = table.whole("height", 1..=MAX_FILM_SIDE)?.unwrap_or(DEFAULT_FILM.1);
+    let filter = match table.string("filter")? {
+        None | Some("box") => PixelFilter::Box,
+        Some("tent") => PixelFilter::Tent,
+        Some(other) => {
+            let message = format!("unknown filter \"{other}\"; known: \"box\", \"tent\"");
+            return Err(table.error_at("filter", message));
+        }
+    };
+    Ok(((width, height), filter))
+}
+
+fn parse_render(table: &Table<'_>) -> Result<RenderDesc> {
+    table.check_keys(&["spp", "strategy", "lights", "sampler", "max_depth", "rr_depth", "seed"], &[])?;
+    let rr_depth = match table.entries.get("rr_depth").map(|value| value.get_ref().as_str()) {
+        None => None,
+        Some(Some("off")) => Some(None),
+        Some(Some(other)) => {
+            return Err(table.error_at("rr_depth", format!("`rr_depth` is \"{other}\"; it must be a depth or \"off\"")));
+        }
+        Some(None) => Some(table.whole("rr_depth", 0..=u32::MAX)?),
+    };
+    Ok(RenderDesc {
+        spp: table.whole("spp", 1..=u32::MAX)?,
+        strategy: choice(table, "strategy", &[])?,
+        lights: choice(table, "lights", &["tree"])?,
+        sampler: choice(table, "sampler", &[])?,
+        max_depth: table.whole("max_depth", 0..=u32::MAX)?,
+        rr_depth,
+        seed: table.whole("seed", 0..=u32::MAX)?,
+    })
+}
+
+/// One of the named choices of [`crate::settings`]; `later` are names that a later version brings.
+fn choice<T: FromStr<Err = String>>(table: &Table<'_>, key: &str, later: &[&str]) -> Result<Option<T>> {
+    let Some(word) = table.string(key)? else { return Ok(None) };
+    match word.parse() {
+        Ok(choice) => Ok(Some(choice)),
+        Err(_) if later.contains(&word) => Err(table.not_yet(key, &format!("{key} = \"{word}\""))),
+        Err(message) => Err(table.error_at(key, message)),
+    }
+}
+
+fn parse_meshes(root: &Table<'_>) -> Result<Vec<MeshEntry>> {
+    let Some(value) = root.entries.get("mesh") else { return Ok(Vec::new()) };
+    let document = root.document;
+    let fault = |span: Range<usize>| document.error(span, "a mesh is written [[mesh]], with double brackets");
+    let Some(items) = value.get_ref().as_array() else { return Err(fault(value.span())) };
+    let mut meshes = Vec::new();
+    for item in items.iter() {
+        if !item.get_ref().is_table() {
+            return Err(fault(item.span()));
+        }
+        meshes.push(parse_mesh(&document.table("[[mesh]]", item)?)?);
+    }
+    Ok(meshes)
+}
+
+fn parse_mesh(table: &Table<'_>) -> Result<MeshEntry> {
+    table.check_keys(&["obj", "scale", "rotate", "translate"], &[])?;
+    let obj = table.need("obj", table.string("obj")?)?.to_owned();
+    if obj.is_empty() {
+        return Err(table.error_at("obj", "`obj` is empty: name an OBJ file"));
+    }
+    let mut transform = Transform::default();
+    if let Some(scale) = table.number("scale")? {
+        if scale == 0.0 {
+            return Err(table.error_at("scale", "`scale` is 0: nothing would be left of the mesh"));
+        }
+        transform.scale = scale;
+    }
+    if let Some(rotate) = table.table("rotate")? {
+        rotate.check_keys(&["axis", "degrees"], &[])?;
+        let axis = rotate.need("axis", rotate.vector("axis")?)?;
+        let degrees = rotate.need("degrees", rotate.number("degrees")?)?;
+        if axis == [0.0; 3] {
+            return Err(rotate.error_at("axis", "`axis` is zero: use for instance [0, 1, 0]"));
+        }
+        transform.rotation = transform::rotation(axis, degrees);
+    }
+    transform.translate = table.vector("translate")?.unwrap_or_default();
+    Ok(MeshEntry { obj, line: table.document.line(table.span.clone()), transform })
+}
+
+fn parse_materials(table: &Table<'_>) -> Result<Vec<MaterialEntry>> {
+    let mut entries: Vec<(&Spanned<_>, &Spanned<DeValue<'_>>)> = table.entries.iter().collect();
+    entries.sort_by_key(|(key, _)| key.span().start);
+    let named = |(key, value): (&Spanned<std::borrow::Cow<'_, str>>, &_)| {
+        let table = table.document.table(format!("[material.{}]", key.get_ref()), value)?;
+        parse_material(key.get_ref(), &table)
+    };
+    entries.into_iter().map(named).collect()
+}
+
+fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
+    let mut known = vec!["kind", "emission", "two_sided", "texture", "cutout"];
+    known.extend(Kind::ALL.iter().flat_map(|row| row.2));
+    let kind = match table.string("kind")? {
+        None => None,
+        Some(word) => match Kind::ALL.iter().find(|row| row.1 == word) {
+            Some(row) => Some(row.0),
+            None => {
+                let names = Kind::ALL.map(|row| format!("\"{}\"", row.1)).join(", ");
+                return Err(table.error_at("kind", format!("unknown kind \"{word}\"; known: {names}")));
+            }
+        },
+    };
+    table.check_keys(&known, &[])?;
+    if let Some(kind) = kind {
+        let foreign =
+            Kind::ALL.iter().flat_map(|row| row.2).find(|key| table.entries.contains_key(**key) && !kind.has(key));
+        if let Some(key) = foreign {
+            let has = kind.row().2.join("`, `");
+            return Err(table.error_at(key, format!("a {} has no `{key}`; it has `{has}`", kind.name())));
+        }
+    }
+    let complex_ior = match (table.vector("eta")?, table.vector("k")?) {
+        (Some(eta), Some(k)) => Some((eta, k)),
+        (None, None) => None,
+        (Some(_), None) => return Err(table.error_at("eta", "`eta` needs `k` beside it")),
+        (None, Some(_)) => return Err(table.error_at("k", "`k` needs `eta` beside it")),
+    };
+    let picture = |key: &str| -> Result<Option<(String, usize)>> {
+        Ok(table.string(key)?.map(|file| (file.to_owned(), table.line_of(key))))
+    };
+    let entry = MaterialEntry {
+        name: name.to_owned(),
+        line: table.document.line(table.span.clone()),
+        kind,
+        albedo: table.fraction("albedo")?,
+        reflectance: table.fraction("reflectance")?,
+        alpha: table.number("alpha")?,
+        complex_ior,
+        ior: table.number("ior")?,
+        transmittance: table.fraction("transmittance")?,
+        emission: table.radiance("emission")?,
+        two_sided: table.boolean("two_sided")?.unwrap_or(false),
+        texture: picture("texture")?,
+        cutout: picture("cutout")?,
+    };
+    // What the entry leaves to the MTL is in range already; what it names is judged at its own line.
+    let named = kind.and_then(|kind| validate::scattering_fault(&entry.over(kind, &MtlMaterial::grey(name))));
+    if let Some(fault) = named {
+        return Err(table.error_at(fault.split(' ').next().unwrap_or_default(), fault.as_str()));
+    }
+    match (entry.albedo, entry.reflectance, complex_ior) {
+        (Some(_), Some(_), _) => Err(table.error_at("reflectance", "`albedo` and `reflectance` exclude each other")),
+        (_, Some(_), Some(_)) => Err(table.error_at("reflectance", "`reflectance` and `eta`, `k` exclude each other")),
+        _ => Ok(entry),
+    }
+}
+
+fn parse_environment(table: &Table<'_>) -> Result<Option<EnvironmentEntry>> {
+    table.check_keys(&["radiance", "map", "rotate", "scale"], &[])?;
+    let scale = table.number("scale")?.unwrap_or(1.0);
+    if scale < 0.0 {
+        return Err(table.error_at("scale", "`scale` is negative; light cannot be"));
+    }
+    let (radiance, map) = (table.radiance("radiance")?, table.string("map")?);
+    let Some(radiance) = radiance else {
+        let file = map.ok_or_else(|| table.error("`radiance` or `map` is missing"))?.to_owned();
+        if file.is_empty() {
+            return Err(table.error_at("map", "`map` is empty: name an .exr, .hdr, .pfm or .png file"));
+        }
+        let rotate = table.number("rotate")?.unwrap_or(0.0);
+        return Ok(Some(EnvironmentEntry::Map { file, line: table.line_of("map"), rotate, scale }));
+    };
+    if map.is_some() {
+        return Err(table.error_at("map", "`radiance` and `map` exclude each other: keep one"));
+    }
+    if table.number("rotate")?.is_some() {
+        return Err(table.error_at("rotate", "`rotate` turns a `map`; constant radiance has nothing to turn"));
+    }
+    let radiance = radiance.map(|x| x * scale);
+    if !radiance.iter().all(|&x| validate::fits_f32(x)) {
+        return Err(table.error_at("scale", "radiance times scale must stay below 3.4e38"));
+    }
+    Ok((radiance != [0.0; 3]).then_some(EnvironmentEntry::Constant { radiance }))
+}
+
+/// The bytes of a TOML file as text.
+pub fn toml_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
+    String::from_utf8(bytes).map_err(|e| {
+        let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let line = 1 + valid.iter().filter(|&&b| b == b'\n').count();
+        Error::parse(path, Some(line), "not UTF-8 text: save the file as UTF-8")
+    })
+}

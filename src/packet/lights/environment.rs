@@ -1,0 +1,75 @@
+//! Environment maps, eight directions at a time: choose directions, find the texels of directions, and the densities.
+
+use crate::lanes::{F32x8, LANES, U32x8, Vec3x8, acos_half_turns, atan2_turns, sin_cos_turns};
+use crate::tables::lights::environment::{Distribution, EnvironmentMap};
+
+/// Eight texels.
+pub struct Texels {
+    /// Radiance, W sr^-1 m^-2.
+    pub radiance: Vec3x8,
+    /// Densities per steradian, before a distribution's floor and factor.
+    pub pdf_dir: F32x8,
+}
+
+#[inline(always)]
+fn gather_texels(map: &EnvironmentMap, index: U32x8) -> Texels {
+    let at = index.to_array();
+    let rows: [&[f32; 4]; LANES] = std::array::from_fn(|lane| bytemuck::cast_ref(&map.texels[at[lane] as usize]));
+    let column = |c: usize| F32x8::from_array(std::array::from_fn(|lane| rows[lane][c]));
+    Texels { radiance: Vec3x8::new(column(0), column(1), column(2)), pdf_dir: column(3) }
+}
+
+/// Draws directions by radiance: texels, then points uniform in their solid angles. Unit directions and the texels.
+///
+/// `word` and `fork` choose the texels, `u` the points in them: along the row, down the row.
+#[inline(always)]
+pub fn sample_map(
+    map: &EnvironmentMap,
+    distribution: &Distribution,
+    [word, fork]: [U32x8; 2],
+    u: [F32x8; 2],
+) -> (Vec3x8, Texels) {
+    // A table lookup a lane: the scalar rule is the lane rule.
+    let (word, fork) = (word.to_array(), fork.to_array());
+    let index: [u32; LANES] = std::array::from_fn(|lane| distribution.choose(word[lane], fork[lane]));
+    let row = U32x8::from_array(index.map(|index| index / map.width));
+    let column = U32x8::from_array(index.map(|index| index % map.width));
+    let turns = (column.to_f32() + u[0]) / F32x8::splat(map.width as f32) - F32x8::splat(map.turn);
+    let turns = turns.lt(F32x8::ZERO).select(turns + F32x8::ONE, turns);
+    let (sine, cosine) = sin_cos_turns(turns);
+    let top = F32x8::gather(&map.row_edges, row);
+    let bottom = F32x8::gather(&map.row_edges, row + U32x8::splat(1));
+    let y = top - u[1] * (top - bottom);
+    let radius = ((F32x8::ONE - y) * (F32x8::ONE + y)).sqrt();
+    (Vec3x8::new(-(radius * sine), y, radius * cosine), gather_texels(map, U32x8::from_array(index)))
+}
+
+/// Densities per steradian of [`sample_map`] in the directions of `texels`.
+#[inline(always)]
+pub fn map_pdf_dir(distribution: &Distribution, texels: &Texels) -> F32x8 {
+    let rest = texels.pdf_dir - F32x8::splat(distribution.floor);
+    rest.max(F32x8::ZERO) * F32x8::splat(distribution.factor)
+}
+
+/// The indices of the texels that unit directions look at.
+#[inline(always)]
+pub fn texel_indices(map: &EnvironmentMap, direction: Vec3x8) -> U32x8 {
+    let one = U32x8::splat(1);
+    let (last_column, last_row) = (U32x8::splat(map.width - 1), U32x8::splat(map.height - 1));
+    let turns = atan2_turns(-direction.x, direction.z) + F32x8::splat(map.turn);
+    let turns = turns.lt(F32x8::ONE).select(turns, turns - F32x8::ONE);
+    let column = U32x8::from_f32(turns * F32x8::splat(map.width as f32)).min_signed(last_column);
+    let y = direction.y.max(F32x8::splat(-1.0)).min(F32x8::ONE);
+    let row = U32x8::from_f32(acos_half_turns(y) * F32x8::splat(map.height as f32)).min_signed(last_row);
+    // The arc cosine is right to a fraction of a row; the edges have the last word.
+    let above = y.gt(F32x8::gather(&map.row_edges, row));
+    let below = y.le(F32x8::gather(&map.row_edges, row + one));
+    let row = above.select_u32(row - one, below.select_u32((row + one).min_signed(last_row), row));
+    row * U32x8::splat(map.width) + column
+}
+
+/// The texels that unit directions look at.
+#[inline(always)]
+pub fn look_up(map: &EnvironmentMap, direction: Vec3x8) -> Texels {
+    gather_texels(map, texel_indices(map, direction))
+}

@@ -1,0 +1,342 @@
+//! Every queue and every path field: what it means, in which unit and space. All are one array a field, eight lanes a block,
+//! sized once for a tile of `capacity` paths plus a spare block, so that a compressed store never needs a check.
+
+use crate::bvh::ray::{HitQueue, RayQueue};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::packet::counters::Stage;
+
+/// [`PathQueue::slot`], bit 31: emission found by this ray counts 1 (camera ray, or the last lobe was a delta).
+pub const COUNTS_ONE: u32 = 1 << 31;
+/// [`PathQueue::slot`], bit 30: emission found by this ray counts 0 (the one-sample coin chose the light).
+pub const COUNTS_ZERO: u32 = 1 << 30;
+/// The path's place in the tile, without the flags.
+pub const SLOT: u32 = COUNTS_ZERO - 1;
+
+/// Three columns that hold vectors or colours.
+#[derive(Default)]
+pub struct Columns3 {
+    /// First components.
+    pub x: Vec<f32>,
+    /// Second components.
+    pub y: Vec<f32>,
+    /// Third components.
+    pub z: Vec<f32>,
+}
+
+impl Columns3 {
+    fn with_len(len: usize) -> Columns3 {
+        let column = || vec![0.0; len.next_multiple_of(LANES) + LANES];
+        Columns3 { x: column(), y: column(), z: column() }
+    }
+    /// Rows `first .. first + 8`.
+    #[inline(always)]
+    pub fn load(&self, first: usize) -> Vec3x8 {
+        Vec3x8::new(F32x8::load(&self.x, first), F32x8::load(&self.y, first), F32x8::load(&self.z, first))
+    }
+    /// The rows named by `indices`.
+    #[inline(always)]
+    pub fn gather(&self, indices: U32x8) -> Vec3x8 {
+        let column = |c: &[f32]| F32x8::gather(c, indices);
+        Vec3x8::new(column(&self.x), column(&self.y), column(&self.z))
+    }
+    /// The lanes of `mask` become the rows from `at` on.
+    #[inline(always)]
+    pub fn append(&mut self, at: usize, values: Vec3x8, mask: u8) {
+        values.x.compress(mask).store(&mut self.x, at);
+        values.y.compress(mask).store(&mut self.y, at);
+        values.z.compress(mask).store(&mut self.z, at);
+    }
+}
+
+/// The origins and directions of the lanes of `mask` become rays from `at` on; `tmin` and `tmax` keep what they hold.
+#[inline(always)]
+pub fn append_rays(rays: &mut RayQueue, at: usize, origin: Vec3x8, direction: Vec3x8, mask: u8) {
+    origin.x.compress(mask).store(&mut rays.ox, at);
+    origin.y.compress(mask).store(&mut rays.oy, at);
+    origin.z.compress(mask).store(&mut rays.oz, at);
+    direction.x.compress(mask).store(&mut rays.dx, at);
+    direction.y.compress(mask).store(&mut rays.dy, at);
+    direction.z.compress(mask).store(&mut rays.dz, at);
+}
+
+/// Paths whose next ray is to be traced.
+pub struct PathQueue {
+    /// The rays, world space, unit directions, `tmin` 0, `tmax` infinite.
+    pub rays: RayQueue,
+    /// Throughput.
+    pub beta: Columns3,
+    /// Density per steradian with which the ray's direction was drawn; kept only where MIS needs it.
+    pub pdf_dir: Vec<f32>,
+    /// Cosine between the direction and the normal where it was drawn; kept only where MIS needs it for a constant
+    /// environment and the density does not tell it.
+    pub cosine: Vec<f32>,
+    /// Unit normal where the direction was drawn; kept only where MIS asks the light tree.
+    pub normal: Columns3,
+    /// The path's slot in [`Slots`], and its flags.
+    pub slot: Vec<u32>,
+    /// Rows in use.
+    pub len: usize,
+}
+
+/// Hits on surfaces of one material kind, dense.
+pub struct SurfaceQueue {
+    /// Triangle ids.
+    pub triangle: Vec<u32>,
+    /// Barycentric weights of the second vertices.
+    pub u: Vec<f32>,
+    /// Barycentric weights of the third vertices.
+    pub v: Vec<f32>,
+    /// Unit directions of the rays that hit.
+    pub direction: Columns3,
+    /// Throughput.
+    pub beta: Columns3,
+    /// Slots, without flags.
+    pub slot: Vec<u32>,
+    /// Rows in use.
+    pub len: usize,
+}
+
+/// Light samples whose visibility is to be found: a shadow ray carries its finished contribution.
+pub struct ShadowQueue {
+    /// The segments, world space; directions reach from origin to light point, `tmax` 1 (or infinite: environment).
+    pub rays: RayQueue,
+    /// What the path gains if nothing blocks the segment: throughput, BSDF, cosine, radiance, density and weight included.
+    pub contribution: Columns3,
+    /// Slots, without flags.
+    pub slot: Vec<u32>,
+    /// One bit a ray, eight rays a byte: blocked.
+    pub blocked: Vec<u8>,
+    /// Closest hits, where cut-outs make it matter what blocks a segment.
+    pub hits: HitQueue,
+    /// Rows in use.
+    pub len: usize,
+}
+
+/// Rows of another queue, by index.
+pub struct IndexList {
+    /// The rows, ascending.
+    pub rows: Vec<u32>,
+    /// How many.
+    pub len: usize,
+}
+
+/// What stays with a path from its camera ray to the film.
+pub struct Slots {
+    /// Pixel addresses ([`crate::sampler::pixel_address`]).
+    pub pixel: Vec<u32>,
+    /// Sample numbers.
+    pub sample: Vec<u32>,
+    /// Radiance gathered so far (the fourth value pads to a vector).
+    pub radiance: Vec<[f32; 4]>,
+    /// Slots in use.
+    pub len: usize,
+}
+
+fn words(len: usize) -> Vec<u32> {
+    vec![0; len.next_multiple_of(LANES) + LANES]
+}
+
+impl PathQueue {
+    /// An empty queue for `capacity` paths, with the columns that are needed.
+    pub fn new(capacity: usize, needs: QueueNeeds) -> PathQueue {
+        let column =
+            |needed: bool| if needed { vec![0.0; capacity.next_multiple_of(LANES) + LANES] } else { Vec::new() };
+        PathQueue {
+            rays: RayQueue::with_len(capacity),
+            beta: Columns3::with_len(capacity),
+            pdf_dir: column(needs.pdf),
+            cosine: column(needs.cosine),
+            normal: Columns3::with_len(if needs.normal { capacity } else { 0 }),
+            slot: words(capacity),
+            len: 0,
+        }
+    }
+}
+
+impl SurfaceQueue {
+    /// An empty queue for `capacity` hits.
+    pub fn new(capacity: usize) -> SurfaceQueue {
+        let column = || vec![0.0; capacity.next_multiple_of(LANES) + LANES];
+        SurfaceQueue {
+            triangle: words(capacity),
+            u: column(),
+            v: column(),
+            direction: Columns3::with_len(capacity),
+            beta: Columns3::with_len(capacity),
+            slot: words(capacity),
+            len: 0,
+        }
+    }
+}
+
+impl ShadowQueue {
+    /// An empty queue for `capacity` segments that end at `tmax` unless they say otherwise, and for `hits` of their hits.
+    pub fn new(capacity: usize, tmax: f32, hits: usize) -> ShadowQueue {
+        let mut rays = RayQueue::with_len(capacity);
+        rays.tmax.fill(tmax);
+        ShadowQueue {
+            rays,
+            contribution: Columns3::with_len(capacity),
+            slot: words(capacity),
+            blocked: Vec::new(),
+            hits: HitQueue::with_len(hits),
+            len: 0,
+        }
+    }
+}
+
+impl IndexList {
+    /// An empty list for `capacity` rows.
+    pub fn new(capacity: usize) -> IndexList {
+        IndexList { rows: words(capacity), len: 0 }
+    }
+    /// Appends rows `first .. first + 8` where `mask` says so.
+    #[inline(always)]
+    pub fn append(&mut self, first: usize, mask: u8) {
+        let rows = U32x8::lane_numbers() + U32x8::splat(first as u32);
+        rows.compress(mask).store(&mut self.rows, self.len);
+        self.len += mask.count_ones() as usize;
+    }
+    /// Block `first .. first + 8` of the list: its rows (idle lanes repeat row 0) and the lanes in use.
+    #[inline(always)]
+    pub fn block(&self, first: usize) -> (U32x8, Mask8) {
+        let active = Mask8::first((self.len - first).min(LANES));
+        (active.select_u32(U32x8::load(&self.rows, first), U32x8::ZERO), active)
+    }
+}
+
+impl Slots {
+    /// Room for `capacity` paths.
+    pub fn new(capacity: usize) -> Slots {
+        let radiance = vec![[0.0; 4]; capacity.next_multiple_of(LANES) + LANES];
+        Slots { pixel: words(capacity), sample: words(capacity), radiance, len: 0 }
+    }
+
+    /// Adds to the radiance of the slots in the lanes of `mask`, which name each slot at most once.
+    #[inline(always)]
+    pub fn add(&mut self, slot: U32x8, gain: Vec3x8, mask: u8) {
+        let (slot, gain) = (slot.to_array(), [gain.x.to_array(), gain.y.to_array(), gain.z.to_array()]);
+        let mut rest = mask;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let radiance = &mut self.radiance[slot[lane] as usize];
+            let add = [gain[0][lane], gain[1][lane], gain[2][lane], 0.0];
+            for (sum, add) in radiance.iter_mut().zip(add) {
+                *sum += add;
+            }
+        }
+    }
+}
+
+/// Which queues a plan needs; the others hold no memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct QueueNeeds {
+    /// Densities of directions.
+    pub pdf: bool,
+    /// Cosines of directions.
+    pub cosine: bool,
+    /// Normals where directions were drawn.
+    pub normal: bool,
+    /// Rays that left the scene.
+    pub misses: bool,
+    /// Hits on emitters.
+    pub emitters: bool,
+    /// Hits on diffuse surfaces.
+    pub diffuse: bool,
+    /// Hits on mirrors.
+    pub mirror: bool,
+    /// Hits on rough metals.
+    pub conductor: bool,
+    /// Hits on glass.
+    pub dielectric: bool,
+    /// Hits on coated surfaces.
+    pub plastic: bool,
+    /// Shadow rays.
+    pub shadow: bool,
+    /// Rays that pass cut-outs.
+    pub alpha_masks: bool,
+}
+
+impl QueueNeeds {
+    /// Whether a surface stage has a queue.
+    pub fn surface(&self, stage: Stage) -> bool {
+        match stage {
+            Stage::ShadeDiffuse => self.diffuse,
+            Stage::ShadeMirror => self.mirror,
+            Stage::ShadeConductor => self.conductor,
+            Stage::ShadeDielectric => self.dielectric,
+            Stage::ShadePlastic => self.plastic,
+            _ => false,
+        }
+    }
+}
+
+/// Everything one thread owns while it renders: the queues of one tile.
+pub struct TileState {
+    /// Rays to be traced now.
+    pub paths: PathQueue,
+    /// Rays to be traced after this bounce.
+    pub next: PathQueue,
+    /// Closest hits of [`TileState::paths`], row by row.
+    pub hits: HitQueue,
+    /// Rows of `paths` that hit nothing.
+    pub misses: IndexList,
+    /// Rows of `paths` that hit an emitter.
+    pub emitters: IndexList,
+    /// Rows of the rays just traced that have hit what is cut out.
+    pub passing: IndexList,
+    /// Hits on diffuse surfaces.
+    pub diffuse: SurfaceQueue,
+    /// Hits on mirrors.
+    pub mirror: SurfaceQueue,
+    /// Hits on rough metals.
+    pub conductor: SurfaceQueue,
+    /// Hits on glass.
+    pub dielectric: SurfaceQueue,
+    /// Hits on coated surfaces.
+    pub plastic: SurfaceQueue,
+    /// Shadow rays of this bounce.
+    pub shadow: ShadowQueue,
+    /// The paths of the tile.
+    pub slots: Slots,
+    /// Working memory of the traversal.
+    pub scratch: crate::bvh::Scratch,
+}
+
+impl TileState {
+    /// Queues for `capacity` paths, as far as they are needed.
+    pub fn new(capacity: usize, needs: QueueNeeds, shadow_tmax: f32) -> TileState {
+        let size = |needed: bool| if needed { capacity } else { 0 };
+        TileState {
+            paths: PathQueue::new(capacity, needs),
+            next: PathQueue::new(capacity, needs),
+            hits: HitQueue::with_len(capacity),
+            misses: IndexList::new(size(needs.misses)),
+            emitters: IndexList::new(size(needs.emitters)),
+            passing: IndexList::new(size(needs.alpha_masks)),
+            diffuse: SurfaceQueue::new(size(needs.diffuse)),
+            mirror: SurfaceQueue::new(size(needs.mirror)),
+            conductor: SurfaceQueue::new(size(needs.conductor)),
+            dielectric: SurfaceQueue::new(size(needs.dielectric)),
+            plastic: SurfaceQueue::new(size(needs.plastic)),
+            shadow: ShadowQueue::new(size(needs.shadow), shadow_tmax, size(needs.shadow && needs.alpha_masks)),
+            slots: Slots::new(capacity),
+            scratch: Default::default(),
+        }
+    }
+}
+
+impl TileState {
+    /// Hits in the queue of a surface stage; 0 for other stages.
+    pub fn surface_len(&self, stage: Stage) -> usize {
+        match stage {
+            Stage::ShadeDiffuse => self.diffuse.len,
+            Stage::ShadeMirror => self.mirror.len,
+            Stage::ShadeConductor => self.conductor.len,
+            Stage::ShadeDielectric => self.dielectric.len,
+            Stage::ShadePlastic => self.plastic.len,
+            _ => 0,
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! What light sampling reads: emissive triangles, the environment, and how to choose between them.
+
+pub mod environment;
+pub mod table;
+pub mod tree;

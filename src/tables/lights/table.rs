@@ -1,0 +1,289 @@
+//! The light table: what a light sample reads, for one light selection.
+//!
+//! A light sample first decides between the environment and the triangles (with probability 1/2 each where a scene has
+//! both, unless the light tree knows better), then chooses a triangle, then a point on it: uniformly by the solid angle
+//! that it fills where that is large enough to matter, else uniformly by area. Choosing uses all 32 bits of one random
+//! word.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::sampler::index_below;
+use crate::settings::Lights;
+use crate::tables::alpha_masks::AlphaMaskTable;
+use crate::tables::lights::environment::{Distribution, Environment, EnvironmentMap};
+use crate::tables::lights::tree::LightTree;
+use crate::tables::prepared::{Emitter, PreparedScene, TriangleRecord};
+use crate::tables::textures::{NO_TEXTURE, TextureTable};
+
+/// Triangles are sampled by solid angle where the squared distance to their nearest vertex is below this many times
+/// their area. Farther away distances and cosines vary so little that drawing by area is as good in most scenes, and
+/// costs less: with 50 instead of 2 the Cornell box takes 18 % longer, for 0.3 % less variance. (Where nothing else
+/// makes noise it would pay: a lone lamp four of its sizes above an open floor would have 0.4 of its variance.)
+pub const MOST_REMOTE: f32 = 2.0;
+/// .. where half the solid angle, in turns, is above this (a solid angle of 1e-3 sr: below, a triangle seen along its
+/// plane has lost too many digits) ..
+pub const LEAST_HALF_ANGLE: f32 = 8e-5;
+/// .. and below this (6.22 sr: above, the point all but lies on the triangle, and so do the directions to its vertices)
+/// ..
+pub const MOST_HALF_ANGLE: f32 = 0.495;
+/// .. and where numerator or denominator of the tangent of half the solid angle is above this: where both vanish, the
+/// point lies on an edge, where the solid angle jumps between 0 and a hemisphere.
+pub const LEAST_TANGENT: f32 = 1e-2;
+
+/// One emissive triangle as light sampling and MIS see it: one cache line.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct LightRecord {
+    /// Vertices, scene units; those of slivers moved off the surface by [`crate::tables::margins::Margins::sliver`], so that
+    /// shadow rays to them end before it. (Those of two-sided lights stay: either side may be the far one.)
+    pub vertices: [[f32; 3]; 3],
+    /// Unit normal of the side that emits.
+    pub normal: [f32; 3],
+    /// Emitted radiance, W sr^-1 m^-2.
+    pub radiance: [f32; 3],
+    /// Density of points drawn uniformly on this triangle, per unit area: one over its area. Its sign bit says that
+    /// both sides emit. (The probability with which the triangle is chosen at all: [`LightTable::probability`].)
+    pub signed_pdf_area: f32,
+}
+
+impl LightRecord {
+    /// Density of points drawn uniformly on this triangle, per unit area.
+    pub fn pdf_area(&self) -> f32 {
+        self.signed_pdf_area.abs()
+    }
+
+    /// Both sides emit.
+    pub fn two_sided(&self) -> bool {
+        self.signed_pdf_area.is_sign_negative()
+    }
+}
+
+/// What multiplies the radiance of lights, or takes it away.
+pub struct LightTextures {
+    /// All textures of the scene.
+    pub textures: Arc<TextureTable>,
+    /// Per light, its texture ([`crate::tables::textures::NO_TEXTURE`]: none).
+    pub texture: Vec<u32>,
+    /// Per light, its texture coordinates: u and v of each vertex.
+    pub uvs: Vec<[[f32; 2]; 3]>,
+    /// If a light is cut out: all cut-outs of the scene, and per light its triangle's id. What is not there emits nothing.
+    pub alpha_masks: Option<(Arc<AlphaMaskTable>, Vec<u32>)>,
+}
+
+/// One column of the alias table (Walker 1977, built as Vose 1991 does).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AliasColumn {
+    /// The column's own light is chosen where the low word of the selection is below this.
+    pub threshold: u32,
+    /// Else this light.
+    pub alias: u32,
+}
+
+/// What decides which light a sample goes to.
+#[derive(Clone, Debug)]
+pub enum Selection<'a> {
+    /// No emissive triangle.
+    None,
+    /// Exactly one: nothing to choose.
+    Single,
+    /// All alike.
+    Uniform,
+    /// By power.
+    Alias(Vec<AliasColumn>),
+    /// By what they can send to the point that asks.
+    Tree(&'a LightTree),
+}
+
+/// The environment as a light.
+#[derive(Clone, Copy)]
+pub enum EnvironmentLight<'a> {
+    /// The same radiance from everywhere, W sr^-1 m^-2.
+    Constant([f32; 3]),
+    /// A map, and how light samples are spread over it.
+    Map(&'a EnvironmentMap, &'a Distribution),
+}
+
+/// The lights of a scene under one selection.
+pub struct LightTable<'a> {
+    /// Per emitter of the scene, its record.
+    pub records: Vec<LightRecord>,
+    /// Pictures on lights, if any light has one.
+    pub textures: Option<LightTextures>,
+    /// Whether any of them emits on both sides.
+    pub two_sided: bool,
+    /// How a triangle is chosen.
+    pub selection: Selection<'a>,
+    /// Per emitter, the probability with which a light sample goes to it; one value if all have the same. (Not under
+    /// [`Selection::Tree`], where it depends on the place.)
+    pub probabilities: Vec<f32>,
+    /// The environment, if it is a light.
+    pub environment: Option<EnvironmentLight<'a>>,
+    /// Probability with which a light sample goes to the environment, where it is the same everywhere (that is, but under
+    /// [`Selection::Tree`]): 0, 1/2 or 1.
+    pub environment_probability: f32,
+}
+
+impl<'a> LightTable<'a> {
+    /// The table of `scene` under `lights`; `compensated`: see [`EnvironmentMap::distribution`].
+    pub fn new(scene: &'a PreparedScene, lights: Lights, compensated: bool) -> LightTable<'a> {
+        let count = scene.emitters.len();
+        let environment_probability = match (&scene.environment, count) {
+            (None, _) => 0.0,
+            (Some(_), 0) => 1.0,
+            (Some(_), _) => 0.5,
+        };
+        let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
+        let tree = if lights == Lights::Tree { scene.light_tree(powers) } else { None };
+        let weights = if lights == Lights::Power { powers() } else { vec![1.0; count] };
+        let total: f64 = weights.iter().sum();
+        let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
+        let records = scene.emitters.iter().map(|emitter| {
+            let triangle = &scene.triangles[emitter.triangle as usize];
+            LightRecord {
+                vertices: if emitter.two_sided { triangle.vertices } else { off_the_surface(triangle) },
+                normal: triangle.normal,
+                radiance: emitter.radiance,
+                signed_pdf_area: (1.0 / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
+            }
+        });
+        let selection = match (count, lights, tree) {
+            (_, _, Some(tree)) => Selection::Tree(tree),
+            (0, ..) => Selection::None,
+            (1, ..) => Selection::Single,
+            (_, Lights::Power, _) => Selection::Alias(alias_table(&weights, total)),
+            (_, Lights::Uniform | Lights::Tree, _) => Selection::Uniform,
+        };
+        let environment = scene.environment.as_ref().map(|environment| match environment {
+            Environment::Constant(radiance) => EnvironmentLight::Constant(*radiance),
+            Environment::Map(map) => EnvironmentLight::Map(map, map.distribution(compensated)),
+        });
+        LightTable {
+            records: records.collect(),
+            textures: textures(scene),
+            two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
+            probabilities: match selection {
+                Selection::Alias(_) => (0..count).map(|i| probability(i) as f32).collect(),
+                _ => (0..count.min(1)).map(|i| probability(i) as f32).collect(),
+            },
+            selection,
+            environment,
+            environment_probability,
+        }
+    }
+
+    /// Whether there is anything to sample.
+    pub fn is_empty(&self) -> bool {
+        self.records.is_empty() && self.environment.is_none()
+    }
+
+    /// Whether the sample of this selection word goes to the environment, which `eighths` of all samples do where a scene
+    /// has triangles too, and the word that is left for further choices.
+    #[inline]
+    pub fn choose_environment(&self, word: u32, eighths: u32) -> (bool, u32) {
+        match (self.environment.is_some(), self.records.is_empty()) {
+            (false, _) => (false, word),
+            (true, true) => (true, word),
+            (true, false) => (word >> 29 < eighths, word << 3),
+        }
+    }
+
+    /// The emitter that a selection word chooses where the place does not matter (else the engines walk the tree).
+    #[inline]
+    pub fn choose_triangle(&self, word: u32) -> u32 {
+        match &self.selection {
+            Selection::None | Selection::Single => 0,
+            Selection::Tree(_) => unreachable!("the tree chooses by place"),
+            Selection::Uniform => index_below(word, self.records.len() as u32),
+            Selection::Alias(columns) => {
+                let column = index_below(word, columns.len() as u32);
+                let low = word.wrapping_mul(columns.len() as u32);
+                let AliasColumn { threshold, alias } = columns[column as usize];
+                if low < threshold { column } else { alias }
+            }
+        }
+    }
+
+    /// The probability with which a light sample goes to emitter `light`.
+    #[inline]
+    pub fn probability(&self, light: u32) -> f32 {
+        if self.probabilities.len() == 1 { self.probabilities[0] } else { self.probabilities[light as usize] }
+    }
+
+    /// The tables and their sizes in bytes.
+    pub fn tables(&self) -> Vec<(&'static str, usize)> {
+        let mut tables = vec![("light records", size_of_val(&self.records[..]))];
+        match &self.selection {
+            Selection::Alias(columns) => {
+                tables.push(("light alias table", size_of_val(&columns[..])));
+                tables.push(("light probabilities", size_of_val(&self.probabilities[..])));
+            }
+            Selection::Tree(tree) => tables.push(("light tree", tree.bytes())),
+            _ => {}
+        }
+        tables.retain(|table| table.1 > 0);
+        tables
+    }
+}
+
+fn textures(scene: &PreparedScene) -> Option<LightTextures> {
+    let emitters = &scene.emitters;
+    let masked = emitters.iter().any(|emitter| scene.alpha_masks.cuts(emitter.triangle));
+    (masked || emitters.iter().any(|emitter| emitter.texture.is_some())).then(|| LightTextures {
+        textures: scene.textures.clone(),
+        texture: emitters.iter().map(|e| e.texture.map_or(NO_TEXTURE, |(texture, _)| texture)).collect(),
+        uvs: emitters.iter().map(|e| e.texture.map_or([[0.0; 2]; 3], |(_, uvs)| uvs)).collect(),
+        alpha_masks: masked.then(|| (scene.alpha_masks.clone(), emitters.iter().map(|e| e.triangle).collect())),
+    })
+}
+
+/// What an emitter sends out, up to a constant factor: of a picture, its mean (never quite 0, so that a total exists).
+fn power(scene: &PreparedScene, emitter: &Emitter) -> f64 {
+    let sides = if emitter.two_sided { 2.0 } else { 1.0 };
+    let mean = emitter.texture.map_or(1.0, |(texture, _)| scene.textures.mean(texture).max(1e-6));
+    mean * sides * emitter.area * emitter.radiance.iter().map(|&c| c as f64).sum::<f64>()
+}
+
+/// The vertices of an emissive triangle as shadow rays aim at them.
+fn off_the_surface(triangle: &TriangleRecord) -> [[f32; 3]; 3] {
+    let offset = f64::from(triangle.sliver) * 0.5 * f64::from(f32::EPSILON);
+    let moved = |x: f32, axis: usize| (f64::from(x) + f64::from(triangle.normal[axis]) * offset) as f32;
+    triangle.vertices.map(|v| std::array::from_fn(|axis| moved(v[axis], axis)))
+}
+
+/// Vose's method: every column holds at most two lights and the columns are equally likely.
+pub(super) fn alias_table(weights: &[f64], total: f64) -> Vec<AliasColumn> {
+    let n = weights.len();
+    let mut share: Vec<f64> = weights.iter().map(|w| w / total * n as f64).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| share[i] < 1.0);
+    let full = |i: usize| AliasColumn { threshold: u32::MAX, alias: i as u32 };
+    let mut columns: Vec<AliasColumn> = (0..n).map(full).collect();
+    while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
+        small.pop();
+        columns[s] = AliasColumn { threshold: (share[s] * 4_294_967_296.0) as u32, alias: l as u32 };
+        share[l] -= 1.0 - share[s];
+        if share[l] < 1.0 {
+            large.pop();
+            small.push(l);
+        }
+    }
+    columns
+}
+
+/// Light kinds in words, for plans and reports.
+pub fn selection_name(table: &LightTable) -> String {
+    let triangles = match table.selection {
+        Selection::None => None,
+        Selection::Single => Some("single light"),
+        Selection::Uniform => Some("uniform"),
+        Selection::Alias(_) => Some("power (alias table)"),
+        Selection::Tree(_) => Some("light tree"),
+    };
+    let environment = table.environment.map(|environment| match environment {
+        EnvironmentLight::Constant(_) => "constant environment, by cosine",
+        EnvironmentLight::Map(_, Distribution { floor: 0.0, .. }) => "environment map, importance sampled",
+        EnvironmentLight::Map(..) => "environment map, importance sampled above its mean",
+    });
+    triangles.into_iter().chain(environment).collect::<Vec<_>>().join(" or ")
+}

@@ -1,0 +1,135 @@
+//! The material table: one record a material, one cache line, sorted by kind.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::scene::desc::{MaterialDesc, Scattering};
+use crate::tables::plastic_energy;
+use crate::tables::textures::NO_TEXTURE;
+
+/// How a material scatters; the order in which materials are sorted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum MaterialKind {
+    /// Scatters nothing: a path that arrives ends.
+    Black = 0,
+    /// Lambertian.
+    Diffuse = 1,
+    /// Perfect mirror.
+    Mirror = 2,
+    /// Metal with a GGX distribution of microfacets.
+    Conductor = 3,
+    /// Smooth glass.
+    Dielectric = 4,
+    /// Diffuse base under a GGX coat.
+    Plastic = 5,
+}
+
+impl MaterialKind {
+    /// Every kind, in order.
+    pub const ALL: [MaterialKind; 6] = [
+        MaterialKind::Black,
+        MaterialKind::Diffuse,
+        MaterialKind::Mirror,
+        MaterialKind::Conductor,
+        MaterialKind::Dielectric,
+        MaterialKind::Plastic,
+    ];
+
+    /// The word used in plans and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            MaterialKind::Black => "black",
+            MaterialKind::Diffuse => "diffuse",
+            MaterialKind::Mirror => "mirror",
+            MaterialKind::Conductor => "conductor",
+            MaterialKind::Dielectric => "dielectric",
+            MaterialKind::Plastic => "plastic",
+        }
+    }
+}
+
+/// Below this width a GGX lobe is treated as the mirror it is: f32 directions do not resolve it.
+pub const MIN_ALPHA: f64 = 1e-4;
+
+/// One material, as shading reads it.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct MaterialRecord {
+    /// Albedo (diffuse; plastic: times the energy constant), reflectance (mirror, conductor), transmittance (dielectric).
+    pub color: [f32; 3],
+    /// GGX width.
+    pub alpha: f32,
+    /// Real part of a conductor's index of refraction.
+    pub eta: [f32; 3],
+    /// Index of refraction of a dielectric or a coat.
+    pub ior: f32,
+    /// Imaginary part of a conductor's index of refraction.
+    pub k: [f32; 3],
+    /// What a plastic's base is expected to reflect of what reaches it: its largest albedo component.
+    pub base_weight: f32,
+    /// 1 if a conductor has `eta` and `k`, 0 if its reflectance is `color`.
+    complex_ior: u32,
+    /// The [`MaterialKind`].
+    kind: u32,
+    /// What multiplies `color`: index of a texture, or [`NO_TEXTURE`].
+    pub texture: u32,
+    spare: u32,
+}
+
+impl MaterialRecord {
+    /// The record of a description (already validated).
+    pub fn new(desc: &MaterialDesc) -> MaterialRecord {
+        let f32s = |v: [f64; 3]| v.map(|c| c as f32);
+        let mut record = MaterialRecord { ior: 1.5, alpha: 1.0, texture: NO_TEXTURE, ..MaterialRecord::zeroed() };
+        let kind = match desc.scattering {
+            Scattering::Diffuse { albedo } => {
+                record.color = f32s(albedo);
+                MaterialKind::Diffuse
+            }
+            Scattering::Mirror { reflectance } => {
+                record.color = f32s(reflectance);
+                MaterialKind::Mirror
+            }
+            Scattering::Conductor { alpha, reflectance, complex_ior } => {
+                record.color = f32s(reflectance);
+                record.alpha = alpha.max(MIN_ALPHA) as f32;
+                if let Some((eta, k)) = complex_ior {
+                    (record.eta, record.k, record.complex_ior, record.color) = (f32s(eta), f32s(k), 1, [1.0; 3]);
+                }
+                // A mirror with a Fresnel term has no kind of its own: it stays the narrowest lobe.
+                if alpha < MIN_ALPHA && complex_ior.is_none() { MaterialKind::Mirror } else { MaterialKind::Conductor }
+            }
+            Scattering::Dielectric { ior, transmittance } => {
+                record.color = f32s(transmittance);
+                record.ior = ior as f32;
+                MaterialKind::Dielectric
+            }
+            Scattering::Plastic { albedo, ior, alpha } => {
+                let alpha = alpha.max(MIN_ALPHA);
+                record.ior = ior as f32;
+                record.alpha = alpha as f32;
+                let scale = plastic_energy::base_scale(ior, alpha);
+                record.color = albedo.map(|c| (c * scale) as f32);
+                // Above 0, so that a probability in proportion to it always exists.
+                record.base_weight = albedo.into_iter().fold(1e-4, f64::max) as f32;
+                MaterialKind::Plastic
+            }
+        };
+        if let (MaterialKind::Diffuse | MaterialKind::Plastic, Some(used)) = (kind, desc.texture) {
+            record.texture = used.texture;
+        }
+        let black = matches!(kind, MaterialKind::Diffuse | MaterialKind::Mirror) && record.color == [0.0; 3];
+        record.kind = if black { MaterialKind::Black } else { kind } as u32;
+        record
+    }
+
+    /// How it scatters.
+    pub fn kind(&self) -> MaterialKind {
+        MaterialKind::ALL[self.kind as usize]
+    }
+
+    /// Whether a conductor's reflectance comes from a complex index of refraction.
+    pub fn has_complex_ior(&self) -> bool {
+        self.complex_ior != 0
+    }
+}

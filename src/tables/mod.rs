@@ -1,0 +1,17 @@
+//! From a [`SceneDesc`](crate::scene::SceneDesc) to the tables the engines read.
+//!
+//! **Law:** [`prepared`] derives every table once, in f64 where it matters; everything in them is finite and immutable
+//! afterwards. Nothing here knows of engines, strategies or films.
+
+pub mod alpha_masks;
+pub mod corners;
+pub mod emitter_facing;
+pub mod lights;
+pub mod margins;
+pub mod materials;
+mod plastic_energy;
+pub mod prepared;
+pub mod scale_limits;
+pub mod textures;
+
+pub use prepared::PreparedScene;

@@ -1,0 +1,64 @@
+//! How far f32 reaches: scenes too large or too small for it are refused, scenes too far from the origin are warned
+//! about.
+
+use crate::error::{Error, Result};
+use crate::scene::desc::SceneDesc;
+use glam::DVec3;
+
+/// The largest coordinate: triangle tests multiply three lengths. Measured: a Cornell box scaled by powers of two
+/// keeps the bits of its twin up to 4.8e12 and is 1e-5 too dark at 1e13, 15 % at 6e17.
+pub const LARGEST_COORDINATE: f64 = 1e12;
+
+/// The smallest scene: below, products of three lengths sink under the smallest normal number and take the bits of
+/// `t` with them. Measured: the same box keeps its bits down to 2e-12, is 4 % too dark at 3e-14 and black at 5e-16;
+/// the bound leaves room for triangles smaller than a box's walls.
+pub const SMALLEST_SIZE: f64 = 1e-10;
+
+/// How many of its own sizes a scene may lie from the origin without a warning. Measured there, against the twin of
+/// the same rounded corners at the origin: a closed room has no leak in 2.6e7 rays and a mean 0.2 % off (100 sizes:
+/// 0.007 %).
+pub const FAR: f64 = 1000.0;
+
+/// Warns of what f32 coordinates blur.
+///
+/// # Errors
+/// [`Error::Scene`] where f32 would overflow or sink: such a picture would be wrong without a sign of it.
+pub fn check(desc: &SceneDesc) -> Result<Vec<String>> {
+    let fail = |message: String| Err(Error::Scene { scene: desc.name.clone(), message });
+    let used = desc.triangles.iter().flat_map(|t| t.vertices).map(|v| desc.positions[v as usize]);
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for vertex in used.map(|v| DVec3::from(v.map(f64::from))) {
+        (low, high) = (low.min(vertex), high.max(vertex));
+    }
+    if desc.triangles.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (farthest, size) = (low.abs().max(high.abs()).max_element(), (high - low).max_element());
+    let camera = DVec3::from(desc.camera.position).abs().max_element();
+    for (what, coordinate) in [("the mesh", farthest), ("the camera", camera)] {
+        if coordinate > LARGEST_COORDINATE {
+            return fail(format!(
+                "{what} reaches to {coordinate:.1e}; beyond {LARGEST_COORDINATE:.0e} products of three lengths leave \
+                 the range of f32: use larger units (`scale = 0.001` in [[mesh]])"
+            ));
+        }
+    }
+    if size > 0.0 && size < SMALLEST_SIZE {
+        return fail(format!(
+            "the whole scene is {size:.1e} units large; below {SMALLEST_SIZE:.0e} products of three lengths leave the \
+             range of f32: use smaller units (`scale = 1000.0` in [[mesh]])"
+        ));
+    }
+    let mut warnings = Vec::new();
+    if farthest > FAR * size && size > 0.0 {
+        let step = farthest / 16_777_216.0;
+        warnings.push(format!(
+            "the scene lies {:.1e} of its own sizes from the origin, where f32 coordinates are {:.1e} of its size \
+             apart: corners leak and contact shadows widen (up to 1e3 sizes are measured to be harmless); move it to \
+             the origin (`translate` in [[mesh]])",
+            farthest / size,
+            step / size
+        ));
+    }
+    Ok(warnings)
+}
