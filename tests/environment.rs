@@ -118,7 +118,7 @@ fn a_sampled_direction_is_looked_up_where_it_was_drawn() {
             let map = rugged(width, height, rotate);
             let uniform = Distribution {
                 columns: (0..width * height)
-                    .map(|alias| octray::tables::lights::table::AliasColumn { threshold: 0, alias })
+                    .map(|alias| octray::tables::lights::alias::AliasColumn { threshold: 0, alias })
                     .collect(),
                 floor: 0.0,
                 factor: 1.0,

@@ -86,3 +86,40 @@ fn nothing_imports_upwards() {
         }
     }
 }
+
+/// The file of `tables` that a path behind `crate::tables::` names, if it is one.
+fn table_named(path: &str, names: &[String]) -> Option<String> {
+    let word = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+    let path: String = path.chars().take_while(|&c| word(c)).collect();
+    names
+        .iter()
+        .filter(|name| path == **name || path.starts_with(&format!("{name}::")))
+        .max_by_key(|n| n.len())
+        .cloned()
+}
+
+#[test]
+fn no_table_names_one_that_is_made_of_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/tables");
+    let files: Vec<(String, String)> = sources(&root)
+        .into_iter()
+        .filter(|(path, _)| !path.ends_with("mod.rs"))
+        .map(|(path, text)| {
+            let inside = path.strip_prefix(&root).expect("below tables").with_extension("");
+            (inside.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("::"), text)
+        })
+        .collect();
+    let names: Vec<String> = files.iter().map(|(name, _)| name.clone()).collect();
+    let named = |(name, text): &(String, String)| {
+        let paths = code(text).flat_map(|line| line.split("crate::tables::").skip(1));
+        (name.clone(), paths.filter_map(|path| table_named(path, &names)).collect::<Vec<_>>())
+    };
+    let mut left: Vec<(String, Vec<String>)> = files.iter().map(named).collect();
+    assert!(left.iter().any(|(name, named)| name == "prepared" && named.contains(&"lights::emitters".into())));
+    // Files that name no file that is left go first; in a circle none does.
+    while !left.is_empty() {
+        let waiting: Vec<String> = left.iter().map(|(name, _)| name.clone()).collect();
+        left.retain(|(_, named)| named.iter().any(|other| waiting.contains(other)));
+        assert!(left.len() < waiting.len(), "a circle among {left:?}");
+    }
+}

@@ -10,7 +10,7 @@ use crate::packet::plan::{LeftOut, Plan, PlannedStage};
 use crate::settings::Settings;
 use crate::setup::Setup;
 use crate::tables::PreparedScene;
-use crate::tables::prepared::Features;
+use crate::tables::features::Features;
 use serde::Serialize;
 use std::path::PathBuf;
 

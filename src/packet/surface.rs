@@ -4,7 +4,7 @@
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::texture::interpolate;
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
-use crate::tables::prepared::TriangleRecord;
+use crate::tables::triangles::TriangleRecord;
 
 /// Rounding moves a number by at most this fraction of it.
 pub const HALF_ULP: f32 = 1.0 / 16_777_216.0;

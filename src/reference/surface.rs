@@ -3,7 +3,7 @@
 use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
-use crate::tables::prepared::TriangleRecord;
+use crate::tables::triangles::TriangleRecord;
 
 /// Rounding moves a number by at most this fraction of it: 2^-24 in f32.
 pub const HALF_ULP: Real = Real::EPSILON * 0.5;

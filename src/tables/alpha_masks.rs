@@ -4,7 +4,7 @@
 //! not let a part of the light through). Rays pass points that are not there as if the triangle did not exist.
 
 use crate::scene::desc::SceneDesc;
-use crate::tables::corners::placed;
+use crate::tables::textures::placed;
 use bytemuck::{Pod, Zeroable};
 
 /// [`AlphaMaskTable::record_of`] of a triangle that is whole.

@@ -4,7 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::scene::desc::{CornerDesc, SceneDesc, TextureUse};
-use crate::tables::prepared::TriangleRecord;
+use crate::tables::textures::placed;
+use crate::tables::triangles::TriangleRecord;
 
 /// Not part of a smooth surface: shaded with the true normal.
 pub const FLAT: u32 = 0;
@@ -57,10 +58,4 @@ fn record(corner: &CornerDesc, triangle: &TriangleRecord, texture: Option<Textur
         _ => SMOOTH,
     };
     CornerRecord { normals: normals.map(|n| n.to_array()), uvs: placed(corner.uvs, texture), smoothness }
-}
-
-/// Texture coordinates under a texture's scale and offset.
-pub fn placed(uvs: [[f32; 2]; 3], texture: Option<TextureUse>) -> [[f32; 2]; 3] {
-    let Some(TextureUse { scale, offset, .. }) = texture else { return uvs };
-    uvs.map(|uv| std::array::from_fn(|i| (f64::from(uv[i]) * scale[i] + offset[i]) as f32))
 }

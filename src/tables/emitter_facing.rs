@@ -5,7 +5,8 @@ use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
 use crate::math::sin_cos_turns;
 use crate::sampler::{random_words, unit};
 use crate::scene::desc::SceneDesc;
-use crate::tables::prepared::PreparedScene;
+use crate::tables::lights::emitters::Emitter;
+use crate::tables::triangles::TriangleRecord;
 use glam::Vec3;
 
 /// Rays from the fronts of all emitters together, about; each emissive material has at least one packet of them.
@@ -15,15 +16,21 @@ const RAYS_OF_ONE: usize = 256;
 
 /// One warning for each emissive material whose fronts see neither a triangle nor the camera, as far as a few hundred
 /// rays can tell. Of more than 512 emissive materials the first 512 are looked at.
-pub fn warnings(desc: &SceneDesc, scene: &PreparedScene) -> Vec<String> {
+pub fn warnings(desc: &SceneDesc, emitters: &[Emitter], triangles: &[TriangleRecord], bvh: &Bvh) -> Vec<String> {
     let mut by_material: Vec<Vec<u32>> = vec![Vec::new(); desc.materials.len()];
-    for emitter in scene.emitters.iter().filter(|emitter| !emitter.two_sided) {
+    for emitter in emitters.iter().filter(|emitter| !emitter.two_sided) {
         by_material[desc.triangles[emitter.triangle as usize].material as usize].push(emitter.triangle);
     }
     let emissive = by_material.iter().filter(|triangles| !triangles.is_empty()).count();
     let rays = (RAYS / emissive.max(1)).clamp(LANES, RAYS_OF_ONE) / LANES * LANES;
     let looked_at = by_material.iter().enumerate().filter(|(_, triangles)| !triangles.is_empty()).take(RAYS / LANES);
-    let blind = looked_at.filter(|(_, triangles)| !sees_anything(scene, triangles, rays));
+    let camera = Vec3::from(desc.camera.position.map(|x| x as f32));
+    let sees_anything = |ids: &[u32]| {
+        // Spread over all triangles of the material, whatever their number.
+        let start = |ray: usize| Start::new(triangles, ids[ray * ids.len() / rays], ray as u32);
+        (0..rays).step_by(LANES).any(|first| sees_anything(bvh, camera, &std::array::from_fn(|i| start(first + i))))
+    };
+    let blind = looked_at.filter(|(_, ids)| !sees_anything(ids));
     let warning = |(material, _): (usize, _)| {
         let name = &desc.materials[material].name;
         format!(
@@ -34,25 +41,14 @@ pub fn warnings(desc: &SceneDesc, scene: &PreparedScene) -> Vec<String> {
     blind.map(warning).collect()
 }
 
-/// Whether any of `rays` rays from the fronts of `triangles` hits a triangle or reaches the camera.
-fn sees_anything(scene: &PreparedScene, triangles: &[u32], rays: usize) -> bool {
-    let camera = Vec3::from(scene.camera.position.map(|x| x as f32));
-    for first in (0..rays).step_by(LANES) {
-        let starts: [Start; LANES] = std::array::from_fn(|lane| {
-            let ray = first + lane;
-            // Spread over all triangles of the material, whatever their number.
-            Start::new(scene, triangles[ray * triangles.len() / rays], ray as u32)
-        });
-        if hits(&scene.bvh, &starts, |start| start.direction, f32::INFINITY) != 0 {
-            return true;
-        }
-        let in_front = |start: &Start| start.normal.dot(camera - start.origin) > 0.0;
-        let blocked = hits(&scene.bvh, &starts, |start| camera - start.origin, 1.0);
-        if (0..LANES).any(|lane| in_front(&starts[lane]) && blocked >> lane & 1 == 0) {
-            return true;
-        }
+/// Whether any of eight rays from `starts` hits a triangle, or any of the points sees the camera.
+fn sees_anything(bvh: &Bvh, camera: Vec3, starts: &[Start; LANES]) -> bool {
+    if hits(bvh, starts, |start| start.direction, f32::INFINITY) != 0 {
+        return true;
     }
-    false
+    let in_front = |start: &Start| start.normal.dot(camera - start.origin) > 0.0;
+    let blocked = hits(bvh, starts, |start| camera - start.origin, 1.0);
+    (0..LANES).any(|lane| in_front(&starts[lane]) && blocked >> lane & 1 == 0)
 }
 
 /// Which of eight rays from `starts` hit anything up to `tmax`.
@@ -79,8 +75,8 @@ struct Start {
 impl Start {
     /// Ray number `ray`: a point uniform over the triangle, a direction by the cosine about its front normal. The
     /// address of its numbers is one that no camera sample has: these rays decide no picture.
-    fn new(scene: &PreparedScene, triangle: u32, ray: u32) -> Start {
-        let record = &scene.triangles[triangle as usize];
+    fn new(triangles: &[TriangleRecord], triangle: u32, ray: u32) -> Start {
+        let record = &triangles[triangle as usize];
         let [a, b, c] = record.vertices.map(Vec3::from);
         let normal = Vec3::from(record.normal);
         let [w0, w1, w2, w3] = random_words(triangle, ray, u32::MAX, 0).map(unit);

@@ -4,7 +4,7 @@
 //! of the memory of linear floats, and the decoding is exact by construction.
 
 use crate::color::linear_from_srgb;
-use crate::scene::desc::TextureDesc;
+use crate::scene::desc::{TextureDesc, TextureUse};
 
 /// The texture of what has none.
 pub const NO_TEXTURE: u32 = u32::MAX;
@@ -59,4 +59,10 @@ impl TextureTable {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.texels[..])
     }
+}
+
+/// Texture coordinates under a texture's scale and offset.
+pub fn placed(uvs: [[f32; 2]; 3], texture: Option<TextureUse>) -> [[f32; 2]; 3] {
+    let Some(TextureUse { scale, offset, .. }) = texture else { return uvs };
+    uvs.map(|uv| std::array::from_fn(|i| (f64::from(uv[i]) * scale[i] + offset[i]) as f32))
 }

@@ -6,7 +6,7 @@ use crate::packet::plan::Plan;
 use crate::packet::queues::{IndexList, PathQueue, SLOT, SurfaceQueue, TileState};
 use crate::setup::Setup;
 use crate::tables::materials::MaterialKind;
-use crate::tables::prepared::CLASS_EMITS;
+use crate::tables::triangles::CLASS_EMITS;
 
 /// Sorts the hits of all paths. Without `scatter` (after the last event) surfaces are left alone.
 pub fn sort_hits(setup: &Setup, plan: &Plan, state: &mut TileState, scatter: bool) {

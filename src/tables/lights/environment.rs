@@ -12,7 +12,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::sampler::index_below;
 use crate::scene::desc::{EnvironmentDesc, MapDesc};
-use crate::tables::lights::table::{AliasColumn, alias_table};
+use crate::tables::lights::alias::{AliasColumn, alias_table};
 
 /// What surrounds a scene.
 pub enum Environment {

@@ -1,5 +1,7 @@
 //! What light sampling reads: emissive triangles, the environment, and how to choose between them.
 
+pub mod alias;
+pub mod emitters;
 pub mod environment;
 pub mod table;
 pub mod tree;

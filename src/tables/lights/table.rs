@@ -12,10 +12,13 @@ use bytemuck::{Pod, Zeroable};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 use crate::tables::alpha_masks::AlphaMaskTable;
+use crate::tables::lights::alias::{AliasColumn, alias_table};
+use crate::tables::lights::emitters::Emitter;
 use crate::tables::lights::environment::{Distribution, Environment, EnvironmentMap};
 use crate::tables::lights::tree::LightTree;
-use crate::tables::prepared::{Emitter, PreparedScene, TriangleRecord};
+use crate::tables::prepared::PreparedScene;
 use crate::tables::textures::{NO_TEXTURE, TextureTable};
+use crate::tables::triangles::TriangleRecord;
 
 /// Triangles are sampled by solid angle where the squared distance to their nearest vertex is below this many times
 /// their area. Farther away distances and cosines vary so little that drawing by area is as good in most scenes, and
@@ -70,15 +73,6 @@ pub struct LightTextures {
     pub uvs: Vec<[[f32; 2]; 3]>,
     /// If a light is cut out: all cut-outs of the scene, and per light its triangle's id. What is not there emits nothing.
     pub alpha_masks: Option<(Arc<AlphaMaskTable>, Vec<u32>)>,
-}
-
-/// One column of the alias table (Walker 1977, built as Vose 1991 does).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct AliasColumn {
-    /// The column's own light is chosen where the low word of the selection is below this.
-    pub threshold: u32,
-    /// Else this light.
-    pub alias: u32,
 }
 
 /// What decides which light a sample goes to.
@@ -250,25 +244,6 @@ fn off_the_surface(triangle: &TriangleRecord) -> [[f32; 3]; 3] {
     let offset = f64::from(triangle.sliver) * 0.5 * f64::from(f32::EPSILON);
     let moved = |x: f32, axis: usize| (f64::from(x) + f64::from(triangle.normal[axis]) * offset) as f32;
     triangle.vertices.map(|v| std::array::from_fn(|axis| moved(v[axis], axis)))
-}
-
-/// Vose's method: every column holds at most two lights and the columns are equally likely.
-pub(super) fn alias_table(weights: &[f64], total: f64) -> Vec<AliasColumn> {
-    let n = weights.len();
-    let mut share: Vec<f64> = weights.iter().map(|w| w / total * n as f64).collect();
-    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| share[i] < 1.0);
-    let full = |i: usize| AliasColumn { threshold: u32::MAX, alias: i as u32 };
-    let mut columns: Vec<AliasColumn> = (0..n).map(full).collect();
-    while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
-        small.pop();
-        columns[s] = AliasColumn { threshold: (share[s] * 4_294_967_296.0) as u32, alias: l as u32 };
-        share[l] -= 1.0 - share[s];
-        if share[l] < 1.0 {
-            large.pop();
-            small.push(l);
-        }
-    }
-    columns
 }
 
 /// Light kinds in words, for plans and reports.

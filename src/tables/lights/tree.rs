@@ -14,7 +14,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use crate::tables::prepared::{Emitter, TriangleRecord};
+use crate::tables::lights::emitters::Emitter;
+use crate::tables::triangles::TriangleRecord;
 
 /// Clusters a node can hold.
 pub const WIDTH: usize = 8;

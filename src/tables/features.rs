@@ -1,0 +1,56 @@
+//! What a scene holds: what a plan may need, and what reports say of it.
+
+use crate::scene::desc::SceneDesc;
+use crate::tables::corners::{CornerRecord, FLAT};
+use crate::tables::materials::MaterialKind;
+use crate::tables::triangles::CLASS_EMITS;
+
+/// What a scene holds, hence what a plan may need.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Features {
+    /// Some triangle has a diffuse material.
+    pub diffuse: bool,
+    /// Some triangle has a mirror material.
+    pub mirror: bool,
+    /// Some triangle is a rough metal.
+    pub conductor: bool,
+    /// Some triangle is glass.
+    pub dielectric: bool,
+    /// Some triangle is coated.
+    pub plastic: bool,
+    /// Emissive triangles.
+    pub emissive_triangles: usize,
+    /// Something surrounds the scene.
+    pub environment: bool,
+    /// Some triangle is part of a smooth surface.
+    pub smooth_normals: bool,
+    /// Some material has a texture.
+    pub textures: bool,
+    /// Of some triangle only a part is there.
+    pub alpha_masks: bool,
+}
+
+impl Features {
+    /// What `desc` holds; of materials, only what a triangle that can be hit has.
+    pub(super) fn new(desc: &SceneDesc, degenerate: &[bool], classes: &[u8], corners: &[CornerRecord]) -> Features {
+        let visible = || classes.iter().zip(degenerate).filter(|(_, degenerate)| !**degenerate).map(|(class, _)| class);
+        let uses = |kind: MaterialKind| visible().any(|class| class & !CLASS_EMITS == kind as u8);
+        Features {
+            diffuse: uses(MaterialKind::Diffuse),
+            mirror: uses(MaterialKind::Mirror),
+            conductor: uses(MaterialKind::Conductor),
+            dielectric: uses(MaterialKind::Dielectric),
+            plastic: uses(MaterialKind::Plastic),
+            emissive_triangles: visible().filter(|&class| class & CLASS_EMITS != 0).count(),
+            environment: desc.environment.is_some(),
+            smooth_normals: corners.iter().any(|corner| corner.smoothness != FLAT),
+            textures: desc.materials.iter().any(|m| m.texture.is_some() || m.emission_texture.is_some()),
+            alpha_masks: desc.triangles.iter().any(|t| desc.materials[t.material as usize].alpha_mask.is_some()),
+        }
+    }
+
+    /// Whether any surface scatters light.
+    pub fn scatters(&self) -> bool {
+        self.diffuse || self.mirror || self.conductor || self.dielectric || self.plastic
+    }
+}

@@ -1,0 +1,39 @@
+//! The emitter table: every triangle that emits, whatever the light selection.
+
+use crate::scene::desc::SceneDesc;
+use crate::tables::textures::placed;
+use crate::tables::triangles::{double_area_vector, vertices};
+
+/// One emissive triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitter {
+    /// The triangle's id.
+    pub triangle: u32,
+    /// Its area, square scene units.
+    pub area: f64,
+    /// Emitted radiance on the front side, W sr^-1 m^-2.
+    pub radiance: [f32; 3],
+    /// The back emits as the front does.
+    pub two_sided: bool,
+    /// What multiplies the radiance: a texture and its coordinates at the triangle's corners.
+    pub texture: Option<(u32, [[f32; 2]; 3])>,
+}
+
+/// The emitters of a scene, by ascending triangle id; triangles without area are none.
+pub(in crate::tables) fn emitter_table(desc: &SceneDesc, degenerate: &[bool]) -> Vec<Emitter> {
+    let material = |id: usize| &desc.materials[desc.triangles[id].material as usize];
+    let emission = |id: usize| material(id).emission;
+    (0..desc.triangles.len())
+        .filter(|&id| !degenerate[id] && emission(id).iter().any(|&c| c as f32 > 0.0))
+        .map(|id| Emitter {
+            triangle: id as u32,
+            area: 0.5 * double_area_vector(vertices(desc, id)).length(),
+            radiance: emission(id).map(|c| c as f32),
+            two_sided: material(id).two_sided,
+            texture: material(id).emission_texture.map(|used| {
+                let uvs = desc.corners.get(id).map_or([[0.0; 2]; 3], |corner| corner.uvs);
+                (used.texture, placed(uvs, Some(used)))
+            }),
+        })
+        .collect()
+}

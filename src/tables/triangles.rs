@@ -1,0 +1,88 @@
+//! The triangle table: what shading needs of every triangle, one cache line each, and the classes by which hits are sorted.
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+use crate::scene::desc::SceneDesc;
+use crate::scene::validate::is_degenerate;
+use crate::tables::margins::Margins;
+use crate::tables::materials::MaterialRecord;
+
+/// [`TriangleRecord::light`] of a triangle that does not emit.
+pub const NO_LIGHT: u32 = u32::MAX;
+
+/// What shading needs of one triangle: one cache line, read whole.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct TriangleRecord {
+    /// Vertices in file order, scene units.
+    pub vertices: [[f32; 3]; 3],
+    /// Unit normal of the front side.
+    pub normal: [f32; 3],
+    /// Index into [`crate::tables::PreparedScene::materials`].
+    pub material: u32,
+    /// Index into [`crate::tables::PreparedScene::emitters`], or [`NO_LIGHT`].
+    pub light: u32,
+    /// [`Margins::sliver`], scene units.
+    pub sliver: f32,
+    /// [`Margins::inset`].
+    pub inset: f32,
+}
+
+/// The bit of [`crate::tables::PreparedScene::classes`] that says: this triangle emits.
+pub const CLASS_EMITS: u8 = 0x80;
+
+/// The vertices of a triangle.
+pub(super) fn vertices(desc: &SceneDesc, triangle: usize) -> [[f32; 3]; 3] {
+    desc.triangles[triangle].vertices.map(|v| desc.positions[v as usize])
+}
+
+/// Per triangle, whether it has no area.
+pub(super) fn degenerate_triangles(desc: &SceneDesc) -> Vec<bool> {
+    (0..desc.triangles.len()).map(|id| is_degenerate(vertices(desc, id))).collect()
+}
+
+/// Twice the area vector of a triangle, from its rounded vertices, in f64.
+pub(super) fn double_area_vector([a, b, c]: [[f32; 3]; 3]) -> DVec3 {
+    let [a, b, c] = [a, b, c].map(|v| glam::Vec3::from(v).as_dvec3());
+    (b - a).cross(c - a)
+}
+
+/// The records of a scene; `material_index` are the places of its materials in the material table, `emissive` the ids of
+/// its emitters, ascending.
+pub(super) fn triangle_table(
+    desc: &SceneDesc,
+    degenerate: &[bool],
+    material_index: &[u32],
+    emissive: impl IntoIterator<Item = u32>,
+) -> Vec<TriangleRecord> {
+    let mut emissive = emissive.into_iter().enumerate().peekable();
+    (0..desc.triangles.len())
+        .map(|id| {
+            let triangle = desc.triangles[id];
+            let vertices = vertices(desc, id);
+            let normal = if degenerate[id] {
+                DVec3::Z // never hit; any finite value will do
+            } else {
+                double_area_vector(vertices).normalize() * if triangle.flipped { -1.0 } else { 1.0 }
+            };
+            let margins = if degenerate[id] { Margins::default() } else { Margins::of(vertices) };
+            let light =
+                emissive.next_if(|&(_, emitter)| emitter == id as u32).map_or(NO_LIGHT, |(light, _)| light as u32);
+            TriangleRecord {
+                vertices,
+                normal: normal.as_vec3().to_array(),
+                material: material_index[triangle.material as usize],
+                light,
+                sliver: margins.sliver,
+                inset: margins.inset,
+            }
+        })
+        .collect()
+}
+
+/// Per triangle id, the sorting key of a hit: the kind of its material (low bits) and [`CLASS_EMITS`].
+pub(super) fn class_table(triangles: &[TriangleRecord], materials: &[MaterialRecord]) -> Vec<u8> {
+    let emission = |light: u32| if light == NO_LIGHT { 0 } else { CLASS_EMITS };
+    triangles.iter().map(|t| materials[t.material as usize].kind() as u8 | emission(t.light)).collect()
+}
