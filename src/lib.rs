@@ -19,34 +19,43 @@
 //! Data flows one way, from files to tables to queues to the film:
 //!
 //! ```text
-//! scene file --load--> SceneDesc --prepare--> PreparedScene (immutable tables, BVH)
-//!                                                  |  + Settings = Setup --> Plan: the stages this render needs
-//!                                                  v
+//! files --import--> SceneDesc --tables--> PreparedScene (immutable tables, BVH)
+//!                                             |  + Settings = Setup --> Decisions --> Plan: the stages this render runs
+//!                                             v
 //!   tile of paths: generate_camera_rays
-//!                  { intersect_closest -> sort_hits -> shade_miss | shade_emitter | shade_diffuse | shade_mirror
-//!                    -> intersect_shadow }  until no path is left
-//!                                                  |
-//!                                                  v
-//!                                   Film (f64 sums, in sample order) --> image files, statistics
+//!                  { intersect_closest -> sort_hits -> shade_miss | shade_emitter | shade_surface (a queue and a copy for each
+//!                    kind with a density) | shade_specular (each kind with delta lobes) -> intersect_shadow }
+//!                  until no path is left
+//!                                             |
+//!                                             v
+//!                              Film (f64 sums, in sample order) --> image files, statistics, reports
 //! ```
 //!
 //! | room | what is in it |
 //! | --- | --- |
-//! | [`scene`] | files to [`scene::SceneDesc`] to [`PreparedScene`]; the light table, the environment map |
+//! | [`scene`] | what a scene says: descriptions, the gate that checks them, scenes made in code |
+//! | [`import`] | files to [`scene::SceneDesc`] |
+//! | [`tables`] | [`scene::SceneDesc`] to [`PreparedScene`]; the table of material kinds; lights |
 //! | [`bvh`] | tree of eight children a node, and the walks through it; all give the same bits |
+//! | [`strategy`] | one row a strategy: what its samples count |
+//! | [`setup`] | one render, resolved: what both engines are told |
 //! | [`packet`] | the fast engine: SoA queues, stages over eight lanes, the plan |
 //! | [`mod@reference`] | the plain engine: one path at a time, compiled for `f32` and for `f64` |
 //! | [`mod@render`] | threads over tiles, passes over samples; which engine |
-//! | [`setup`] | one render, resolved: what both engines are told |
-//! | [`sampler`] | (pixel, sample, block, seed) to random numbers, for one path and for eight |
+//! | [`sampler`] | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
 //! | [`lanes`], [`math`] | eight `f32`; the exactly rounded operations both engines are made of |
-//! | [`film`], [`image`], [`color`] | sums, files, the sRGB curve |
-//! | [`settings`], [`camera`], [`stats`], [`clock`], [`fingerprint`], [`error`] | what their names say |
-//! | `report` | error against run time: metrics, statistics, plots, pages (feature `cli`) |
+//! | [`film`], [`image`], [`color`] | sums and checkpoints, image files, the sRGB curve |
+//! | [`api`] | load a scene, prepare it, ask its triangles about rays |
+//! | [`settings`], [`camera`], [`stats`], [`trace`], [`clock`], [`fingerprint`], [`nearest`], [`error`] | what their names say |
+//! | `report` | error against run time: measured, analysed, written (feature `cli`) |
 //! | `cli` | one file a command (feature `cli`) |
 //!
-//! Layers, top to bottom, nothing imports upwards (a test reads the sources): `cli > report > render > {packet, reference} >
-//! {setup, scene, bvh, film, image, camera, stats} > {settings, sampler, lanes, math, color, error, clock, fingerprint}`.
+//! Layers, top to bottom, nothing imports upwards and no files form a circle (a test reads the sources): `cli > report >
+//! {render, api} > {packet, reference} > {import, setup, film, image, camera, stats, trace} > tables > {scene, bvh} >
+//! {settings, strategy, sampler, lanes, math, color, error, clock, fingerprint, nearest}`.
+//!
+//! A material kind is a row in [`tables::materials::TABLE`], a file in `packet/bsdf` and one in `reference/bsdf` (each with
+//! its line in the folder's `mod.rs`), and what files say of it in `import`. A strategy is a row in [`strategy::TABLE`].
 //!
 //! # Invariants
 //!
@@ -93,6 +102,7 @@ pub mod scene;
 pub mod settings;
 pub mod setup;
 pub mod stats;
+pub mod strategy;
 pub mod tables;
 pub mod trace;
 
@@ -100,7 +110,8 @@ pub use api::Scene;
 pub use error::{Error, Result};
 pub use film::Film;
 pub use render::{Render, render, render_from, render_with};
-pub use settings::{Crop, Engine, Lights, Sampler, Settings, Strategy};
+pub use settings::{Crop, Engine, Lights, Sampler, Settings};
+pub use strategy::Strategy;
 pub use tables::PreparedScene;
 
 /// The examples of README.md, compiled with the documentation tests.

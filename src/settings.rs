@@ -1,8 +1,7 @@
 //! What a render is asked to do: strategy, light selection, sampler, depth, roulette, engine.
 
 use crate::error::Error;
-use std::fmt;
-use std::str::FromStr;
+use crate::strategy::Strategy;
 use std::time::Duration;
 
 macro_rules! named_choice {
@@ -18,12 +17,12 @@ macro_rules! named_choice {
                 match self { $($name::$variant => $text,)* }
             }
         }
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.pad(self.name())
             }
         }
-        impl FromStr for $name {
+        impl std::str::FromStr for $name {
             type Err = String;
             fn from_str(text: &str) -> Result<Self, String> {
                 match text {
@@ -34,30 +33,7 @@ macro_rules! named_choice {
         }
     };
 }
-
-named_choice! {
-    /// How direct light is estimated: the steps of the lecture, in its order.
-    Strategy, "strategy", {
-        /// Directions uniform over the hemisphere, no light samples. Exact.
-        Uniform = "uniform",
-        /// Directions by the BSDF, no light samples. Exact.
-        Bsdf = "bsdf",
-        /// First attempt: light samples and hit emission both count whole. **Biased**: direct light counts twice.
-        NeeSum = "nee-sum",
-        /// Second attempt: both count half. Exact.
-        NeeAverage = "nee-average",
-        /// Hit emission never counts. **Biased**: lights are black, mirrored lights and caustics are lost.
-        NeeNoEmission = "nee-no-emission",
-        /// Hit emission counts only where light sampling cannot work (depth 0, after a delta lobe). Exact.
-        Nee = "nee",
-        /// Balance heuristic by a fair coin at every vertex. Exact.
-        MisOneSample = "mis-one-sample",
-        /// Both techniques, balance heuristic (Veach 1997, section 9.2). Exact.
-        MisBalance = "mis-balance",
-        /// Both techniques, power heuristic with beta = 2. Exact; the default.
-        MisPower = "mis-power",
-    }
-}
+pub(crate) use named_choice;
 
 named_choice! {
     /// How a light sample chooses its light.
@@ -88,21 +64,6 @@ named_choice! {
         Packet = "packet",
         /// One ray at a time: the plain reference.
         Scalar = "scalar",
-    }
-}
-
-impl Strategy {
-    /// Whether light sources are sampled.
-    pub fn samples_lights(self) -> bool {
-        !matches!(self, Strategy::Uniform | Strategy::Bsdf)
-    }
-    /// Whether the expected picture is wrong on purpose.
-    pub fn is_biased(self) -> bool {
-        matches!(self, Strategy::NeeSum | Strategy::NeeNoEmission)
-    }
-    /// Whether weights come from the densities of both techniques.
-    pub fn is_mis(self) -> bool {
-        matches!(self, Strategy::MisOneSample | Strategy::MisBalance | Strategy::MisPower)
     }
 }
 

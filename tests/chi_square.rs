@@ -11,12 +11,15 @@ use common::{Maker, chi_square_z};
 use glam::DVec3;
 use octray::Lights;
 use octray::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-use octray::packet::bsdf::{Conductor, Glossy, MaterialColumns, Plastic};
-use octray::packet::surface::{gather_records, surface_points};
+use octray::packet::bsdf::conductor::Conductor;
+use octray::packet::bsdf::plastic::Plastic;
+use octray::packet::bsdf::{Bsdf, Sampled};
+use octray::packet::surface::surface_points;
 use octray::packet::{lights::sample as light_x8, warp as warp_x8};
 use octray::reference::single::lights::sample as light;
 use octray::reference::single::lights::tree::{Receiver, light_probability};
 use octray::reference::single::{Vec3, bsdf, surface, warp};
+use octray::sampler::draws::BsdfDraws;
 use octray::sampler::{random_words, unit};
 use octray::scene::desc::{MaterialDesc, Scattering};
 use octray::tables::lights::table::{LightTable, Selection};
@@ -159,19 +162,20 @@ fn disk_and_triangle_are_drawn_evenly() {
     evenly("triangle, scalar", &|words| words.map(|w| triangle(warp::sample_uniform_triangle(u(w)).map(f64::from))));
 }
 
-fn check_glossy<G: Glossy>(name: &str, record: &MaterialRecord, cosine: f32) {
+fn check_glossy<B: Bsdf>(name: &str, record: &MaterialRecord, cosine: f32) {
     let wo = glam::Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-    let material = MaterialColumns::new(&gather_records(std::slice::from_ref(record), U32x8::ZERO));
+    let material = B::load(std::slice::from_ref(record), U32x8::ZERO);
     let wo_x8 = Vec3x8::splat(wo.to_array());
     check(
         &format!("{name} at {cosine}, lanes"),
         false,
         |words| {
-            let sampled = G::sample(&material, wo_x8, [column(words, 0), column(words, 1)], column(words, 2));
+            let [a, b, lobe, roulette] = [0, 1, 2, 3].map(|c| column(words, c));
+            let sampled: Sampled = material.sample(wo_x8, &BsdfDraws { direction: [a, b], lobe, roulette });
             let (valid, wi) = (sampled.valid.bits(), wide(sampled.wi));
             std::array::from_fn(|i| (valid >> i & 1 == 1).then_some(wi[i]))
         },
-        |v| G::evaluate(&material, wo_x8, lanes3(v)).pdf_dir.to_array().map(f64::from),
+        |v| material.evaluate(wo_x8, lanes3(v)).pdf_dir.to_array().map(f64::from),
     );
     check(
         &format!("{name} at {cosine}, scalar"),
@@ -234,13 +238,13 @@ fn lights_are_drawn_with_their_densities() {
                 &table,
                 &points,
                 Mask8::ALL,
-                [0, 1, 2, 3].map(|c| U32x8::from_array(words.map(|w| w[c]))),
+                &[0, 1, 2, 3].map(|c| U32x8::from_array(words.map(|w| w[c]))).into(),
             );
             let (red, pdf, valid) = (drawn.radiance.x.to_array(), drawn.pdf_dir.to_array(), drawn.valid.bits());
             std::array::from_fn(|i| (valid >> i & 1 == 1).then_some((red[i], pdf[i])))
         };
         let scalar = |words: &[[u32; 4]; LANES]| {
-            words.map(|w| light::sample_light(&table, &point, w).map(|drawn| (drawn.radiance.x, drawn.pdf_dir)))
+            words.map(|w| light::sample_light(&table, &point, &w.into()).map(|drawn| (drawn.radiance.x, drawn.pdf_dir)))
         };
         for (name, draw) in [("lanes", &lanes as &dyn Fn(&_) -> _), ("scalar", &scalar)] {
             let mut sums = [(0.0, 0.0, 0.0); LAMPS];

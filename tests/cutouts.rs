@@ -6,6 +6,7 @@ mod common;
 use common::{Maker, estimate, exact_strategies, first_difference, polygon_irradiance, small};
 use glam::DVec3;
 use octray::bvh::{HitQueue, RayQueue, Scratch};
+use octray::packet::explain;
 use octray::packet::plan::Plan;
 use octray::reference::single::intersect::{Ray, intersect_where, stack};
 use octray::sampler::{random_words, unit};
@@ -272,9 +273,13 @@ fn plans_name_cut_outs_where_there_are_some() {
     let left_out = |scene: &PreparedScene| {
         let setup = Setup::new(scene, &Settings::default());
         let plan = Plan::new(&setup);
-        let past = plan.stages.iter().filter(|s| s.variant.contains("past cut-outs")).map(|s| s.stage).collect();
+        let past = explain::stages(&setup, &plan)
+            .iter()
+            .filter(|s| s.variant.contains("past cut-outs"))
+            .map(|s| s.stage)
+            .collect();
         let tables = scene.tables().iter().any(|table| table.0 == "cut-outs");
-        (plan.left_out.iter().any(|left| left.what == "cut-outs"), past, tables)
+        (explain::left_out(&setup).iter().any(|left| left.what == "cut-outs"), past, tables)
     };
     assert_eq!(left_out(&common::prepared("scenes/cornell.toml")), (true, Vec::<&str>::new(), false));
     let both = vec!["intersect_closest", "intersect_shadow"];

@@ -67,7 +67,7 @@ fn nothing_imports_upwards() {
         &["import", "setup", "trace", "stats", "film", "image", "camera"],
         &["tables"],
         &["scene", "bvh"],
-        &["settings", "sampler", "lanes", "math", "color", "error", "clock", "fingerprint", "nearest"],
+        &["settings", "strategy", "sampler", "lanes", "math", "color", "error", "clock", "fingerprint", "nearest"],
     ];
     let layer = |name: &str| layers.iter().position(|rooms| rooms.contains(&name));
     for (path, text) in all() {

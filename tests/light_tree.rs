@@ -9,7 +9,7 @@ use octray::packet::lights::tree as lanes;
 use octray::reference::single::lights::tree::{Receiver, choose_light, environment_eighths, light_probability};
 use octray::sampler::{random_words, unit};
 use octray::scene::desc::EnvironmentDesc;
-use octray::tables::lights::table::{LightTable, Selection};
+use octray::tables::lights::table::{Fixed, LightTable, Selection};
 use octray::tables::lights::tree::LightTree;
 use octray::{Lights, PreparedScene, Settings, Strategy, render};
 
@@ -233,7 +233,7 @@ fn a_tree_can_be_built_over_anything() {
 fn one_lamp_needs_no_tree() {
     let scene = common::prepared("scenes/cornell.toml");
     let table = LightTable::new(&scene, Lights::Tree, false);
-    assert!(matches!(table.selection, Selection::Uniform), "two triangles, alike");
+    assert!(matches!(table.selection, Selection::Fixed(Fixed::Uniform(2))), "two triangles, alike");
     let settings = |lights| Settings { lights, ..common::small(16, 16, 4) };
     let [tree, uniform] = [Lights::Tree, Lights::Uniform].map(|lights| render(&scene, &settings(lights)).film);
     assert_eq!(common::first_difference(&tree, &uniform), None);

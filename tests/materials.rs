@@ -73,7 +73,7 @@ fn reflected(material: &MaterialRecord, cosine: Real) -> (Real, Real) {
     for i in 0..SAMPLES {
         let [a, b, lobe, _] = numbers(i, 3);
         let drawn = bsdf::sample(material, Vec3::Z, incoming(cosine), true, [a, b], lobe);
-        let weight = drawn.map_or(0.0, |s| s.factor.x);
+        let weight = drawn.map_or(0.0, |s| s.weight.x);
         sum += weight;
         squares += weight * weight;
     }

@@ -3,9 +3,11 @@
 mod common;
 
 use common::{SCENES, first_difference, prepared, small};
+use octray::packet::explain::{self, LeftOut, PlannedStage};
 use octray::packet::plan::Plan;
 use octray::reference::{path_steps, single};
 use octray::setup::Setup;
+use octray::tables::materials::MaterialKind;
 use octray::trace::PathStep;
 use octray::{Crop, Engine, Lights, Sampler, Settings, Strategy, packet, render};
 
@@ -170,20 +172,29 @@ fn f32_and_f64_references_follow_the_same_paths() {
 #[test]
 fn plans_leave_out_what_a_scene_does_not_need() {
     let cornell = prepared("scenes/cornell.toml");
-    let plan = |scene: &octray::PreparedScene, settings: &Settings| Plan::new(&Setup::new(scene, settings));
-    let left_out = |plan: &Plan| plan.left_out.iter().map(|l| l.what).collect::<Vec<_>>();
-    let stages = |plan: &Plan| plan.stages.iter().map(|s| s.stage).collect::<Vec<_>>();
+    let plan = |scene: &octray::PreparedScene, settings: &Settings| {
+        let setup = Setup::new(scene, settings);
+        let plan = Plan::new(&setup);
+        (explain::stages(&setup, &plan), explain::left_out(&setup), plan)
+    };
+    type Told = (Vec<PlannedStage>, Vec<LeftOut>, Plan);
+    let left_out = |told: &Told| told.1.iter().map(|l| l.what).collect::<Vec<_>>();
+    let stages = |told: &Told| told.0.iter().map(|s| s.stage).collect::<Vec<_>>();
 
     let nee = plan(&cornell, &Settings { strategy: Strategy::Nee, ..small(8, 8, 1) });
     assert!(!stages(&nee).contains(&"shade_mirror") && !stages(&nee).contains(&"shade_miss"));
     assert!(left_out(&nee).contains(&"mirror") && left_out(&nee).contains(&"environment"));
-    let state = nee.tile_state(256);
+    let state = nee.2.tile_state(256);
     assert!(state.paths.pdf_dir.is_empty(), "0/1 weights need no densities");
-    assert!(state.mirror.slot.len() <= 8 && state.misses.rows.len() <= 8 && state.shadow.slot.len() >= 256);
+    assert!(
+        state.surfaces[MaterialKind::Mirror].slot.len() <= 8
+            && state.misses.rows.len() <= 8
+            && state.shadow.slot.len() >= 256
+    );
 
     let bsdf = plan(&cornell, &Settings { strategy: Strategy::Bsdf, ..small(8, 8, 1) });
     assert!(left_out(&bsdf).contains(&"light sampling") && !stages(&bsdf).contains(&"intersect_shadow"));
-    assert!(bsdf.tile_state(256).shadow.slot.len() <= 8);
+    assert!(bsdf.2.tile_state(256).shadow.slot.len() <= 8);
     let emission = plan(&cornell, &Settings { max_depth: Some(0), ..small(8, 8, 1) });
     assert!(!stages(&emission).contains(&"shade_diffuse"));
     let mirror = plan(&prepared("scenes/cornell_mirror.toml"), &small(8, 8, 1));

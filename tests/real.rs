@@ -158,7 +158,7 @@ fn false_hits(scene: &PreparedScene, settings: &Settings) -> (u64, u64) {
     let (mut bounces, mut again) = (0, 0);
     for pixel in (0..setup.film.0 * setup.film.1).map(|i| (i % setup.film.0, i / setup.film.0)) {
         let mut last = u32::MAX;
-        octray::reference::single::path::trace_path(&setup, pixel, 0, &mut |vertex| {
+        octray::reference::single::path::trace_path(&setup, pixel, 0, &mut |vertex: octray::trace::TraceVertex| {
             if vertex.event == "hit" {
                 bounces += 1;
                 again += (vertex.triangle == last) as u64;

@@ -1,6 +1,7 @@
 //! Flags that several commands share, and how their values are read. Precedence: flag, scene's `[render]`, default.
 
-use crate::settings::{Crop, Lights, MAX_FILM_SIDE, Sampler, Settings, Strategy};
+use crate::settings::{Crop, Lights, MAX_FILM_SIDE, Sampler, Settings};
+use crate::strategy::Strategy;
 use clap::Args;
 use std::str::FromStr;
 use std::time::Duration;

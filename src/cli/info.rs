@@ -6,7 +6,8 @@ use crate::cli::output::{JsonArgs, table};
 use crate::cli::{prepare, warn};
 use crate::error::Result;
 use crate::lanes::simd_level;
-use crate::packet::plan::{LeftOut, Plan, PlannedStage};
+use crate::packet::explain::{self, LeftOut, PlannedStage};
+use crate::packet::plan::Plan;
 use crate::settings::Settings;
 use crate::setup::Setup;
 use crate::tables::PreparedScene;
@@ -81,8 +82,8 @@ fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) 
         tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
         strategy: settings.strategy.name(),
         sampler: settings.sampler.name(),
-        plan: plan.stages,
-        left_out: plan.left_out,
+        plan: explain::stages(&setup, &plan),
+        left_out: explain::left_out(&setup),
         simd: simd_level(),
         load_s: prepared.load_s,
         build_s: prepared.build_s,

@@ -3,8 +3,9 @@
 use crate::bvh::{Bvh, HitQueue, RayQueue, Scratch};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 use crate::packet::queues::IndexList;
+use crate::packet::records::AlphaMaskColumns;
 use crate::packet::texture::{interpolate, mix, neighbours};
-use crate::tables::alpha_masks::{AlphaMaskRecord, AlphaMaskTable, THRESHOLD, WHOLE};
+use crate::tables::alpha_masks::{AlphaMaskTable, THRESHOLD, WHOLE};
 
 /// Lanes whose triangles are there at the points with weights (1-u-v, u, v): their masks, bilinear and repeated as
 /// textures are, are at least one half. Ids beyond the table, as those of rays that hit nothing, are whole.
@@ -17,14 +18,11 @@ pub fn opaque(table: &AlphaMaskTable, triangle: U32x8, u: F32x8, v: F32x8) -> Ma
         return Mask8::ALL;
     }
     // Whole lanes look at the first texel of the first mask, wherever their coordinates lead.
-    let record = whole.select_u32(U32x8::ZERO, record).to_array();
-    let row = |record: u32| F32x8::from_array(bytemuck::cast::<AlphaMaskRecord, _>(table.records[record as usize]));
-    let columns = F32x8::transpose(record.map(row));
-    let uv = interpolate(std::array::from_fn(|i| columns[i]), [F32x8::ONE - u - v, u, v]);
+    let record = AlphaMaskColumns::gather(&table.records, whole.select_u32(U32x8::ZERO, record));
+    let uv = interpolate(record.uvs, [F32x8::ONE - u - v, u, v]);
     let uv = uv.map(|t| whole.select(F32x8::ZERO, t));
-    let mask = columns[6].to_bits();
-    let (width, height) = (U32x8::gather(&table.width, mask), U32x8::gather(&table.height, mask));
-    let first = U32x8::gather(&table.first, mask);
+    let column = |column: &[u32]| U32x8::gather(column, record.mask);
+    let (width, height, first) = (column(&table.width), column(&table.height), column(&table.first));
     let (left, right, along) = neighbours(uv[0], width.to_f32());
     let (below, above, up) = neighbours(uv[1], height.to_f32());
     let texel = |column: U32x8, row: U32x8| {

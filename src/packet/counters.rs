@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use crate::bvh::WalkCounters;
 use crate::stats::{RayCounts, StageStats};
+use crate::tables::materials::{KINDS, MaterialKind};
 
 /// The stages, in the order in which a path meets them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(usize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Camera rays from film positions.
     GenerateCameraRays,
@@ -19,16 +19,8 @@ pub enum Stage {
     ShadeMiss,
     /// Hits on emitters.
     ShadeEmitter,
-    /// Diffuse surfaces.
-    ShadeDiffuse,
-    /// Mirrors.
-    ShadeMirror,
-    /// Rough metals.
-    ShadeConductor,
-    /// Glass.
-    ShadeDielectric,
-    /// Coated surfaces.
-    ShadePlastic,
+    /// Surfaces of one material kind.
+    Shade(MaterialKind),
     /// Shadow rays.
     IntersectShadow,
     /// Radiance to the film.
@@ -36,24 +28,29 @@ pub enum Stage {
 }
 
 /// How many stages there are.
-pub const STAGES: usize = 12;
+pub const STAGES: usize = 7 + KINDS;
 
 impl Stage {
     /// Every stage.
-    pub const ALL: [Stage; STAGES] = [
-        Stage::GenerateCameraRays,
-        Stage::IntersectClosest,
-        Stage::SortHits,
-        Stage::ShadeMiss,
-        Stage::ShadeEmitter,
-        Stage::ShadeDiffuse,
-        Stage::ShadeMirror,
-        Stage::ShadeConductor,
-        Stage::ShadeDielectric,
-        Stage::ShadePlastic,
-        Stage::IntersectShadow,
-        Stage::AddToFilm,
-    ];
+    pub fn all() -> impl Iterator<Item = Stage> {
+        use Stage::*;
+        let first = [GenerateCameraRays, IntersectClosest, SortHits, ShadeMiss, ShadeEmitter];
+        first.into_iter().chain(MaterialKind::ALL.map(Shade)).chain([IntersectShadow, AddToFilm])
+    }
+
+    /// The stage's place in [`Stage::all`].
+    fn index(self) -> usize {
+        match self {
+            Stage::GenerateCameraRays => 0,
+            Stage::IntersectClosest => 1,
+            Stage::SortHits => 2,
+            Stage::ShadeMiss => 3,
+            Stage::ShadeEmitter => 4,
+            Stage::Shade(kind) => 5 + kind as usize,
+            Stage::IntersectShadow => 5 + KINDS,
+            Stage::AddToFilm => 6 + KINDS,
+        }
+    }
 
     /// The name in plans and reports.
     pub fn name(self) -> &'static str {
@@ -63,14 +60,15 @@ impl Stage {
             Stage::SortHits => "sort_hits",
             Stage::ShadeMiss => "shade_miss",
             Stage::ShadeEmitter => "shade_emitter",
-            Stage::ShadeDiffuse => "shade_diffuse",
-            Stage::ShadeMirror => "shade_mirror",
-            Stage::ShadeConductor => "shade_conductor",
-            Stage::ShadeDielectric => "shade_dielectric",
-            Stage::ShadePlastic => "shade_plastic",
+            Stage::Shade(kind) => kind.row().stage,
             Stage::IntersectShadow => "intersect_shadow",
             Stage::AddToFilm => "add_to_film",
         }
+    }
+
+    /// Whether the stage serves a scattering event, so that there is nothing for it to do after a path's last one.
+    pub fn scatters(self) -> bool {
+        matches!(self, Stage::Shade(_) | Stage::IntersectShadow)
     }
 }
 
@@ -109,7 +107,7 @@ impl Counters {
     #[inline]
     pub fn note(&mut self, stage: Stage, items: usize, since: Instant) -> Instant {
         let now = Instant::now();
-        let count = &mut self.stages[stage as usize];
+        let count = &mut self.stages[stage.index()];
         count.used += items as u64;
         count.possible += items.next_multiple_of(crate::lanes::LANES) as u64;
         count.seconds += (now - since).as_secs_f64();
@@ -140,7 +138,7 @@ impl Counters {
 
     /// The stages that ran, for reports.
     pub fn report(&self) -> Vec<StageStats> {
-        let ran = Stage::ALL.into_iter().zip(&self.stages).filter(|(_, count)| count.runs > 0);
+        let ran = Stage::all().zip(&self.stages).filter(|(_, count)| count.runs > 0);
         ran.map(|(stage, count)| {
             let walk = match stage {
                 Stage::IntersectClosest => Some(&self.closest_walk),

@@ -5,15 +5,20 @@
 //! names `reference`: that the two agree, bit for bit, is what the tests prove.
 //!
 //! One tile of paths goes through `generate_camera_rays -> { intersect_closest -> sort_hits -> shade_miss | shade_emitter |
-//! shade_diffuse | shade_mirror | shade_conductor | shade_dielectric | shade_plastic -> intersect_shadow }` until no path is left; [`plan`] says which of these a render needs.
+//! shade_surface (density kinds) | shade_specular (delta kinds) -> intersect_shadow }` until no path is left. [`decisions`]
+//! are the facts that stages read, [`plan`] is the list that [`tile`] runs, [`explain`] says the same in prose.
 
 pub mod alpha_masks;
 pub mod bsdf;
+pub mod context;
 pub mod counters;
+pub mod decisions;
+pub mod explain;
 pub mod lights;
 pub mod mis;
 pub mod plan;
 pub mod queues;
+pub mod records;
 pub mod stages;
 pub mod surface;
 pub mod texture;

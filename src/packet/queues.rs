@@ -3,7 +3,7 @@
 
 use crate::bvh::ray::{HitQueue, RayQueue};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-use crate::packet::counters::Stage;
+use crate::tables::materials::PerKind;
 
 /// [`PathQueue::slot`], bit 31: emission found by this ray counts 1 (camera ray, or the last lobe was a delta).
 pub const COUNTS_ONE: u32 = 1 << 31;
@@ -242,34 +242,12 @@ pub struct QueueNeeds {
     pub misses: bool,
     /// Hits on emitters.
     pub emitters: bool,
-    /// Hits on diffuse surfaces.
-    pub diffuse: bool,
-    /// Hits on mirrors.
-    pub mirror: bool,
-    /// Hits on rough metals.
-    pub conductor: bool,
-    /// Hits on glass.
-    pub dielectric: bool,
-    /// Hits on coated surfaces.
-    pub plastic: bool,
+    /// Hits on surfaces, by material kind.
+    pub surfaces: PerKind<bool>,
     /// Shadow rays.
     pub shadow: bool,
     /// Rays that pass cut-outs.
     pub alpha_masks: bool,
-}
-
-impl QueueNeeds {
-    /// Whether a surface stage has a queue.
-    pub fn surface(&self, stage: Stage) -> bool {
-        match stage {
-            Stage::ShadeDiffuse => self.diffuse,
-            Stage::ShadeMirror => self.mirror,
-            Stage::ShadeConductor => self.conductor,
-            Stage::ShadeDielectric => self.dielectric,
-            Stage::ShadePlastic => self.plastic,
-            _ => false,
-        }
-    }
 }
 
 /// Everything one thread owns while it renders: the queues of one tile.
@@ -286,16 +264,8 @@ pub struct TileState {
     pub emitters: IndexList,
     /// Rows of the rays just traced that have hit what is cut out.
     pub passing: IndexList,
-    /// Hits on diffuse surfaces.
-    pub diffuse: SurfaceQueue,
-    /// Hits on mirrors.
-    pub mirror: SurfaceQueue,
-    /// Hits on rough metals.
-    pub conductor: SurfaceQueue,
-    /// Hits on glass.
-    pub dielectric: SurfaceQueue,
-    /// Hits on coated surfaces.
-    pub plastic: SurfaceQueue,
+    /// Hits on surfaces, by material kind.
+    pub surfaces: PerKind<SurfaceQueue>,
     /// Shadow rays of this bounce.
     pub shadow: ShadowQueue,
     /// The paths of the tile.
@@ -315,28 +285,10 @@ impl TileState {
             misses: IndexList::new(size(needs.misses)),
             emitters: IndexList::new(size(needs.emitters)),
             passing: IndexList::new(size(needs.alpha_masks)),
-            diffuse: SurfaceQueue::new(size(needs.diffuse)),
-            mirror: SurfaceQueue::new(size(needs.mirror)),
-            conductor: SurfaceQueue::new(size(needs.conductor)),
-            dielectric: SurfaceQueue::new(size(needs.dielectric)),
-            plastic: SurfaceQueue::new(size(needs.plastic)),
+            surfaces: PerKind::new(|kind| SurfaceQueue::new(size(needs.surfaces[kind]))),
             shadow: ShadowQueue::new(size(needs.shadow), shadow_tmax, size(needs.shadow && needs.alpha_masks)),
             slots: Slots::new(capacity),
             scratch: Default::default(),
-        }
-    }
-}
-
-impl TileState {
-    /// Hits in the queue of a surface stage; 0 for other stages.
-    pub fn surface_len(&self, stage: Stage) -> usize {
-        match stage {
-            Stage::ShadeDiffuse => self.diffuse.len,
-            Stage::ShadeMirror => self.mirror.len,
-            Stage::ShadeConductor => self.conductor.len,
-            Stage::ShadeDielectric => self.dielectric.len,
-            Stage::ShadePlastic => self.plastic.len,
-            _ => 0,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The points that eight rays have hit: position, normals on the sides the rays came from, and safe places for the next
 //! rays to start. What smooth surfaces need is compiled in by `DETAIL`: scenes without them do not pay for it.
 
-use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
+use crate::packet::records::{CornerColumns, TriangleColumns};
 use crate::packet::texture::interpolate;
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
 use crate::tables::triangles::TriangleRecord;
@@ -18,24 +19,6 @@ pub const OFFSET_HALF_ULPS: f32 = 8.0;
 /// Shading normals are bent towards the viewers until they make at least this cosine with the rays (or, nearly along the
 /// surfaces, the true normals').
 pub const LEAST_FACING: f32 = 0.01;
-
-/// Eight records of 16 words, lane by lane, as columns: `[word]` lane `i` is word `word` of record `indices[i]`.
-#[inline(always)]
-pub fn gather_records<T: bytemuck::Pod>(table: &[T], indices: U32x8) -> [F32x8; 16] {
-    const { assert!(size_of::<T>() == 64) };
-    let at = indices.to_array();
-    let row = |lane: usize| -> &[[f32; LANES]; 2] { bytemuck::cast_ref(&table[at[lane] as usize]) };
-    let rows: [&[[f32; LANES]; 2]; LANES] = std::array::from_fn(row);
-    let low = F32x8::transpose(rows.map(|row| F32x8::from_array(row[0])));
-    let high = F32x8::transpose(rows.map(|row| F32x8::from_array(row[1])));
-    std::array::from_fn(|word| if word < LANES { low[word] } else { high[word - LANES] })
-}
-
-/// The vertices in the first nine columns of gathered triangle or light records.
-#[inline(always)]
-pub fn vertices(columns: &[F32x8; 16]) -> [Vec3x8; 3] {
-    std::array::from_fn(|v| Vec3x8::new(columns[3 * v], columns[3 * v + 1], columns[3 * v + 2]))
-}
 
 /// Eight points on surfaces.
 pub struct SurfacePoints {
@@ -67,16 +50,13 @@ pub fn surface_points<const DETAIL: bool>(
     v: F32x8,
     direction: Vec3x8,
 ) -> SurfacePoints {
-    let columns = gather_records(triangles, triangle);
-    let weights = inset_weights(u, v, columns[15] * F32x8::splat(HALF_ULP));
-    let front_normal = Vec3x8::new(columns[9], columns[10], columns[11]);
-    let front: Mask8 = front_normal.dot(direction).lt(F32x8::ZERO);
-    let normal = front.select_vec3(front_normal, -front_normal);
-    let vertices = vertices(&columns);
-    let (position, offset) = point_and_offset(&vertices, weights, columns[14]);
+    let record = TriangleColumns::gather(triangles, triangle);
+    let weights = inset_weights(u, v, record.inset * F32x8::splat(HALF_ULP));
+    let front: Mask8 = record.normal.dot(direction).lt(F32x8::ZERO);
+    let normal = front.select_vec3(record.normal, -record.normal);
+    let (position, offset) = point_and_offset(&record.vertices, weights, record.sliver);
     let away = normal.scale(offset);
     let (origin, origin_behind) = (position + away, position - away);
-    let material = columns[12].to_bits();
     let mut points = SurfacePoints {
         position,
         geometric_normal: normal,
@@ -85,12 +65,12 @@ pub fn surface_points<const DETAIL: bool>(
         front,
         origin,
         origin_behind,
-        material,
+        material: record.material,
     };
     if DETAIL {
-        let corners = gather_records(corners, triangle);
-        points.uv = interpolate(std::array::from_fn(|i| corners[9 + i]), weights);
-        points.smooth(&corners, &vertices, weights, away);
+        let corners = CornerColumns::gather(corners, triangle);
+        points.uv = interpolate(corners.uvs, weights);
+        points.smooth(&corners, &record.vertices, weights, away);
     }
     points
 }
@@ -99,10 +79,10 @@ impl SurfacePoints {
     /// Gives points on smooth surfaces the interpolated normals and, unless their corners lean too far, lifts them onto
     /// the smooth surfaces (after Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II, chapter 4, 2021).
     #[inline(always)]
-    fn smooth(&mut self, corners: &[F32x8; 16], vertices: &[Vec3x8; 3], weights: [F32x8; 3], away: Vec3x8) {
-        let (smoothness, zero) = (corners[15].to_bits(), F32x8::ZERO);
-        let is = |value: u32| smoothness.eq(U32x8::splat(value));
-        let n = self::vertices(corners).map(|n| self.front.select_vec3(n, -n));
+    fn smooth(&mut self, corners: &CornerColumns, vertices: &[Vec3x8; 3], weights: [F32x8; 3], away: Vec3x8) {
+        let zero = F32x8::ZERO;
+        let is = |value: u32| corners.smoothness.eq(U32x8::splat(value));
+        let n = corners.normals.map(|n| self.front.select_vec3(n, -n));
         let sum = n[0].scale(weights[0]) + n[1].scale(weights[1]) + n[2].scale(weights[2]);
         let interpolated = sum.scale(F32x8::ONE / sum.dot(sum).sqrt());
         let usable = interpolated.dot(self.geometric_normal).gt(zero).and_not(is(FLAT));
@@ -126,7 +106,7 @@ impl SurfacePoints {
 
     /// Bends shading normals until the viewers, in directions `wo`, are above them: glossy surfaces have no answer there.
     #[inline(always)]
-    pub fn face(&mut self, wo: Vec3x8) {
+    pub fn face_forward(&mut self, wo: Vec3x8) {
         let (cosine, geometric_cosine) = (wo.dot(self.normal), wo.dot(self.geometric_normal));
         let least = F32x8::splat(LEAST_FACING).min(geometric_cosine);
         let bent = self.normal + wo.scale(least - cosine);

@@ -41,12 +41,16 @@ pub fn acos_half_turns(y: Real) -> Real {
 pub mod alpha_masks;
 #[path = "bsdf/mod.rs"]
 pub mod bsdf;
+#[path = "camera.rs"]
+pub mod camera;
 #[path = "intersect.rs"]
 pub mod intersect;
 #[path = "lights/mod.rs"]
 pub mod lights;
 #[path = "mis.rs"]
 pub mod mis;
+#[path = "observer.rs"]
+pub mod observer;
 #[path = "path.rs"]
 pub mod path;
 #[path = "surface.rs"]

@@ -3,6 +3,7 @@
 //! Densities are per steradian, above 0 and possibly infinite; the other technique's may be 0.
 
 use super::Real;
+use crate::strategy::Weight;
 
 /// The balance heuristic: the weight of a sample that technique `a` drew with density `p_a`, where `b` would have had `p_b`.
 pub fn balance(p_a: Real, p_b: Real) -> Real {
@@ -13,4 +14,16 @@ pub fn balance(p_a: Real, p_b: Real) -> Real {
 pub fn power(p_a: Real, p_b: Real) -> Real {
     let ratio = p_b / p_a;
     1.0 / (1.0 + ratio * ratio)
+}
+
+/// What a sample drawn with density `p_a` counts by a strategy's rule, where the other technique would have had `p_b`.
+pub fn weigh(rule: Weight, p_a: Real, p_b: Real) -> Real {
+    match rule {
+        Weight::Zero => 0.0,
+        Weight::One => 1.0,
+        Weight::Half => 0.5,
+        Weight::Balance => balance(p_a, p_b),
+        Weight::TwiceBalance => 2.0 * balance(p_a, p_b),
+        Weight::Power => power(p_a, p_b),
+    }
 }

@@ -21,12 +21,16 @@ pub use crate::math::{INV_2PI, INV_PI, acos_half_turns, atan2_turns, sin_cos_tur
 pub mod alpha_masks;
 #[path = "bsdf/mod.rs"]
 pub mod bsdf;
+#[path = "camera.rs"]
+pub mod camera;
 #[path = "intersect.rs"]
 pub mod intersect;
 #[path = "lights/mod.rs"]
 pub mod lights;
 #[path = "mis.rs"]
 pub mod mis;
+#[path = "observer.rs"]
+pub mod observer;
 #[path = "path.rs"]
 pub mod path;
 #[path = "surface.rs"]

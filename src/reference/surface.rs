@@ -97,7 +97,7 @@ impl SurfacePoint {
     }
 
     /// Bends the shading normal until the viewer, in direction `wo`, is above it: glossy surfaces have no answer there.
-    pub fn face(&mut self, wo: Vec3) {
+    pub fn face_forward(&mut self, wo: Vec3) {
         let (cosine, geometric_cosine) = (wo.dot(self.normal), wo.dot(self.geometric_normal));
         let least = if LEAST_FACING < geometric_cosine { LEAST_FACING } else { geometric_cosine };
         if cosine < least {
@@ -106,7 +106,7 @@ impl SurfacePoint {
         }
     }
 
-    /// For glass: a ray's `direction`, bent until the viewer is above the shading normal as [`SurfacePoint::face`] has it. What
+    /// For glass: a ray's `direction`, bent until the viewer is above the shading normal as [`SurfacePoint::face_forward`] has it. What
     /// is then refracted lies within the critical angle of that normal, as the normals it will meet on its way out expect.
     /// (About a bent normal rays entered balls at angles from which there is no way out but by chance: of 19 million paths
     /// 13 ran to the guard.)

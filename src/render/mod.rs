@@ -322,7 +322,7 @@ impl Job<'_> {
         for index in 0..tile.pixels.len() {
             let pixel = (tile.area.x + index as u32 % tile.area.width, tile.area.y + index as u32 / tile.area.width);
             for sample in range.clone() {
-                let path = single::path::trace_path(self.setup, pixel, sample, &mut |_| {});
+                let path = single::path::trace_path(self.setup, pixel, sample, &mut single::observer::Unobserved);
                 counters.paths += 1;
                 counters.rays.camera += 1;
                 counters.rays.bounce += path.bounce_rays as u64;

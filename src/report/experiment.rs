@@ -17,8 +17,9 @@ use crate::render::render_with;
 use crate::report::measure::{Measured, Pool, Region, measure};
 use crate::report::reference::Reference;
 use crate::scene::SceneDesc;
-use crate::settings::{Engine, Lights, Sampler, Settings, Strategy};
+use crate::settings::{Engine, Lights, Sampler, Settings};
 use crate::stats::Stats;
+use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
 
 /// One way to render.

@@ -3,7 +3,7 @@
 use crate::report::analysis::{Finding, Point};
 use crate::report::plot::{Mark, Plot, Series};
 use crate::report::words::{Words, tag};
-use crate::settings::Strategy;
+use crate::strategy::Strategy;
 
 /// Error against CPU seconds and against samples a pixel.
 pub fn plots(words: &Words, light: &str) -> [Plot; 2] {

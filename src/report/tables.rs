@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use crate::report::analysis::{Finding, Verdict, sample_ratio};
 use crate::report::words::{Words, exponent, last_error, percent, seconds, significant, tag, target};
-use crate::settings::Strategy;
+use crate::strategy::Strategy;
 
 /// Efficiency, error, slope, bias: a row a configuration.
 pub fn comparison(words: &Words) -> Markup {

@@ -3,7 +3,7 @@
 use crate::report::analysis::{BIAS_Z, Finding, Law, Verdict, sample_ratio};
 use crate::report::experiment::Experiment;
 use crate::report::statistics::Interval;
-use crate::settings::Strategy;
+use crate::strategy::Strategy;
 
 /// The findings of one case, with what sentences about them need.
 pub struct Words<'a> {

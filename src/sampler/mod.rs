@@ -9,6 +9,7 @@
 //!
 //! The `sobol` sampler ([`sobol`]) has the same addresses and spreads the numbers of one address over samples better.
 
+pub mod draws;
 pub mod sobol;
 
 use crate::lanes::{F32x8, U32x8};

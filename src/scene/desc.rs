@@ -1,6 +1,7 @@
 //! What a scene says, nothing derived: world-space triangles, materials, camera, environment, render defaults.
 
-use crate::settings::{Lights, Sampler, Strategy};
+use crate::settings::{Lights, Sampler};
+use crate::strategy::Strategy;
 
 /// A scene as its files say it, after transforms, before any table is built.
 #[derive(Clone, Debug, Default)]

@@ -1,7 +1,8 @@
 //! What both engines are told about one render: the prepared scene plus everything settings decide.
 
 use crate::camera::Camera;
-use crate::settings::{Crop, DEPTH_GUARD, MAX_FILM_SIDE, Sampler, Settings, Strategy};
+use crate::settings::{Crop, DEPTH_GUARD, MAX_FILM_SIDE, Sampler, Settings};
+use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
 use crate::tables::lights::table::LightTable;
 

@@ -2,22 +2,15 @@
 
 use crate::scene::desc::SceneDesc;
 use crate::tables::corners::{CornerRecord, FLAT};
-use crate::tables::materials::MaterialKind;
+use crate::tables::materials::{MaterialKind, PerKind};
 use crate::tables::triangles::CLASS_EMITS;
 
 /// What a scene holds, hence what a plan may need.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Features {
-    /// Some triangle has a diffuse material.
-    pub diffuse: bool,
-    /// Some triangle has a mirror material.
-    pub mirror: bool,
-    /// Some triangle is a rough metal.
-    pub conductor: bool,
-    /// Some triangle is glass.
-    pub dielectric: bool,
-    /// Some triangle is coated.
-    pub plastic: bool,
+    /// Of each kind whether some triangle that can be hit has it.
+    #[serde(flatten)]
+    pub kinds: PerKind<bool>,
     /// Emissive triangles.
     pub emissive_triangles: usize,
     /// Something surrounds the scene.
@@ -36,11 +29,7 @@ impl Features {
         let visible = || classes.iter().zip(degenerate).filter(|(_, degenerate)| !**degenerate).map(|(class, _)| class);
         let uses = |kind: MaterialKind| visible().any(|class| class & !CLASS_EMITS == kind as u8);
         Features {
-            diffuse: uses(MaterialKind::Diffuse),
-            mirror: uses(MaterialKind::Mirror),
-            conductor: uses(MaterialKind::Conductor),
-            dielectric: uses(MaterialKind::Dielectric),
-            plastic: uses(MaterialKind::Plastic),
+            kinds: PerKind::new(uses),
             emissive_triangles: visible().filter(|&class| class & CLASS_EMITS != 0).count(),
             environment: desc.environment.is_some(),
             smooth_normals: corners.iter().any(|corner| corner.smoothness != FLAT),
@@ -51,6 +40,6 @@ impl Features {
 
     /// Whether any surface scatters light.
     pub fn scatters(&self) -> bool {
-        self.diffuse || self.mirror || self.conductor || self.dielectric || self.plastic
+        MaterialKind::ALL.into_iter().any(|kind| kind.scatters() && self.kinds[kind])
     }
 }

@@ -24,27 +24,139 @@ pub enum MaterialKind {
     Plastic = 5,
 }
 
+/// How many kinds there are.
+pub const KINDS: usize = 6;
+
+/// What the directions that a kind scatters to are drawn from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lobes {
+    /// Nothing is scattered.
+    None,
+    /// A density: light sampling works.
+    Density,
+    /// Single directions: light sampling cannot work.
+    Delta,
+}
+
+/// What is said once about a kind; the engines have a file a kind besides.
+pub struct KindRow {
+    /// Which.
+    pub kind: MaterialKind,
+    /// The word in scene files, plans and reports.
+    pub name: &'static str,
+    /// The name of the packet engine's stage.
+    pub stage: &'static str,
+    /// What directions are drawn from.
+    pub lobes: Lobes,
+    /// Densities are cosines over pi, so that either tells the other.
+    pub pdf_is_cosine: bool,
+    /// Whether a texture can multiply its colour.
+    pub textured: bool,
+    /// What the plan says of the stage.
+    pub variant: &'static str,
+    /// What the plan says where no triangle has the kind; empty: nothing.
+    pub absent: &'static str,
+}
+
+/// The kinds, in the order of [`MaterialKind`].
+pub const TABLE: [KindRow; KINDS] = {
+    use Lobes::*;
+    use MaterialKind::*;
+    const fn row(kind: MaterialKind, name: &'static str, stage: &'static str, lobes: Lobes) -> KindRow {
+        KindRow { kind, name, stage, lobes, pdf_is_cosine: false, textured: false, variant: "", absent: "" }
+    }
+    [
+        row(Black, "black", "shade_black", None),
+        KindRow { pdf_is_cosine: true, textured: true, ..row(Diffuse, "diffuse", "shade_diffuse", Density) },
+        KindRow {
+            variant: "smooth",
+            absent: "no triangle is a mirror",
+            ..row(Mirror, "mirror", "shade_mirror", Delta)
+        },
+        KindRow {
+            variant: "GGX",
+            absent: "no triangle is a rough metal",
+            ..row(Conductor, "conductor", "shade_conductor", Density)
+        },
+        KindRow {
+            variant: "smooth",
+            absent: "no triangle is glass",
+            ..row(Dielectric, "dielectric", "shade_dielectric", Delta)
+        },
+        KindRow {
+            textured: true,
+            variant: "GGX coat",
+            absent: "no triangle is coated",
+            ..row(Plastic, "plastic", "shade_plastic", Density)
+        },
+    ]
+};
+
 impl MaterialKind {
     /// Every kind, in order.
-    pub const ALL: [MaterialKind; 6] = [
-        MaterialKind::Black,
-        MaterialKind::Diffuse,
-        MaterialKind::Mirror,
-        MaterialKind::Conductor,
-        MaterialKind::Dielectric,
-        MaterialKind::Plastic,
-    ];
+    pub const ALL: [MaterialKind; KINDS] = {
+        let mut all = [MaterialKind::Black; KINDS];
+        let mut i = 0;
+        while i < KINDS {
+            all[i] = TABLE[i].kind;
+            assert!(all[i] as usize == i, "rows stand in the order of the kinds");
+            i += 1;
+        }
+        all
+    };
+
+    /// The kind's row.
+    pub const fn row(self) -> &'static KindRow {
+        &TABLE[self as usize]
+    }
 
     /// The word used in plans and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            MaterialKind::Black => "black",
-            MaterialKind::Diffuse => "diffuse",
-            MaterialKind::Mirror => "mirror",
-            MaterialKind::Conductor => "conductor",
-            MaterialKind::Dielectric => "dielectric",
-            MaterialKind::Plastic => "plastic",
-        }
+        self.row().name
+    }
+
+    /// Whether its directions are the only ones possible, so that light sampling cannot work.
+    pub fn is_delta(self) -> bool {
+        self.row().lobes == Lobes::Delta
+    }
+
+    /// Whether it scatters anything.
+    pub fn scatters(self) -> bool {
+        self.row().lobes != Lobes::None
+    }
+}
+
+/// One value for each kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PerKind<T>(pub [T; KINDS]);
+
+impl<T> PerKind<T> {
+    /// From a function of the kind.
+    pub fn new(of: impl FnMut(MaterialKind) -> T) -> PerKind<T> {
+        PerKind(MaterialKind::ALL.map(of))
+    }
+}
+
+impl<T> std::ops::Index<MaterialKind> for PerKind<T> {
+    type Output = T;
+    #[inline(always)]
+    fn index(&self, kind: MaterialKind) -> &T {
+        &self.0[kind as usize]
+    }
+}
+
+impl<T> std::ops::IndexMut<MaterialKind> for PerKind<T> {
+    #[inline(always)]
+    fn index_mut(&mut self, kind: MaterialKind) -> &mut T {
+        &mut self.0[kind as usize]
+    }
+}
+
+/// Serialised as a map from the names of the kinds that scatter.
+impl<T: serde::Serialize> serde::Serialize for PerKind<T> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer
+            .collect_map(TABLE.iter().zip(&self.0).filter(|(row, _)| row.kind.scatters()).map(|(row, v)| (row.name, v)))
     }
 }
 
@@ -68,7 +180,7 @@ pub struct MaterialRecord {
     /// What a plastic's base is expected to reflect of what reaches it: its largest albedo component.
     pub base_weight: f32,
     /// 1 if a conductor has `eta` and `k`, 0 if its reflectance is `color`.
-    complex_ior: u32,
+    pub complex_ior: u32,
     /// The [`MaterialKind`].
     kind: u32,
     /// What multiplies `color`: index of a texture, or [`NO_TEXTURE`].
@@ -115,7 +227,7 @@ impl MaterialRecord {
                 MaterialKind::Plastic
             }
         };
-        if let (MaterialKind::Diffuse | MaterialKind::Plastic, Some(used)) = (kind, desc.texture) {
+        if let (true, Some(used)) = (kind.row().textured, desc.texture) {
             record.texture = used.texture;
         }
         let black = matches!(kind, MaterialKind::Diffuse | MaterialKind::Mirror) && record.color == [0.0; 3];

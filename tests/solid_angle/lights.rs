@@ -8,7 +8,8 @@ use octray::lanes::{F32x8, Mask8, U32x8};
 use octray::packet::lights::sample as light_x8;
 use octray::packet::lights::tree::Receivers;
 use octray::packet::lights::triangle::solid_angles;
-use octray::packet::surface::{gather_records, surface_points};
+use octray::packet::records::LightColumns;
+use octray::packet::surface::surface_points;
 use octray::reference::single;
 use octray::reference::single::lights::tree::{Receiver, choose_light};
 use octray::reference::single::lights::triangle::solid_angle;
@@ -55,24 +56,24 @@ fn hits_find_the_density_that_light_samples_were_drawn_with() {
                 lane(v),
                 splat3(down),
             );
-            let found = light_x8::sample_lights(&lights, &points, Mask8::ALL, words.map(U32x8::splat));
-            let sample = single::lights::sample::sample_light(&lights, &point, words);
+            let found = light_x8::sample_lights(&lights, &points, Mask8::ALL, &words.map(U32x8::splat).into());
+            let sample = single::lights::sample::sample_light(&lights, &point, &words.into());
             assert_eq!(found.valid.any(), sample.is_some());
             let Some(sample) = sample else { continue };
             assert!(found.valid.all());
             assert_eq!(found.pdf_dir.to_array()[7].to_bits(), sample.pdf_dir.to_bits());
             // The ray that a BSDF sample in this direction would be.
             let receiver = Receiver { origin: point.origin, normal: point.normal };
-            let chosen = match lights.selection {
+            let chosen = match &lights.selection {
                 Selection::Tree(tree) => choose_light(tree, &receiver, words[0]).0,
-                _ => lights.choose_triangle(words[0]),
+                Selection::Fixed(fixed) => fixed.choose(words[0]),
             };
             let record = &lights.records[chosen as usize];
             let segment = sample.shadow_direction;
             let (t, direction) = (segment.length(), segment.normalize());
             let cosine = direction.dot(Vec3::from(record.normal)).abs();
             let pdf = single::lights::sample::light_pdf_dir(&lights, &receiver, chosen, t, cosine);
-            let columns = gather_records(&lights.records, U32x8::splat(chosen));
+            let columns = LightColumns::gather(&lights.records, U32x8::splat(chosen));
             let lanes = light_x8::light_pdf_dir(
                 &lights,
                 (&Receivers { origin: points.origin, normal: points.normal }, Mask8::ALL),

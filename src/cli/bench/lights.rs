@@ -7,7 +7,8 @@ use crate::clock::thread_cpu_seconds;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::lights::sample::sample_lights;
 use crate::packet::lights::triangle::{SolidAngles, solid_angles};
-use crate::packet::surface::{SurfacePoints, gather_records, surface_points, vertices};
+use crate::packet::records::LightColumns;
+use crate::packet::surface::{SurfacePoints, surface_points};
 use crate::packet::warp::sample_uniform_triangle;
 use crate::reference::single::lights::sample::sample_light;
 use crate::reference::single::lights::triangle::solid_angle;
@@ -91,15 +92,18 @@ pub fn cases(scene: &PreparedScene) -> Vec<Case<'_>> {
         let (lights, askers, name) = table();
         cases.push(Box::new(move || {
             timed(&name, "packet", true, || {
-                let sample =
-                    |(points, words): &(_, _)| sample_lights(&lights, points, Mask8::ALL, *words).valid.count();
+                let sample = |(points, words): &(SurfacePoints, [U32x8; 4])| {
+                    sample_lights(&lights, points, Mask8::ALL, &(*words).into()).valid.count()
+                };
                 askers.lanes.iter().map(sample).sum()
             })
         }));
         let (lights, askers, name) = table();
         cases.push(Box::new(move || {
             timed(&name, "scalar", false, || {
-                let sample = |(point, words): &(_, _)| u32::from(sample_light(&lights, point, *words).is_some());
+                let sample = |(point, words): &(SurfacePoint, [u32; 4])| {
+                    u32::from(sample_light(&lights, point, &(*words).into()).is_some())
+                };
                 askers.scalar.iter().map(sample).sum()
             })
         }));
@@ -116,17 +120,17 @@ fn point_cases(scene: &PreparedScene) -> Vec<Case<'_>> {
     let records = || LightTable::new(scene, Lights::Uniform, false).records;
     let chosen = |word: u32, records: &[LightRecord]| index_below(word, records.len() as u32);
     let columns = move |words: &[U32x8; 4], records: &[LightRecord]| {
-        gather_records(records, U32x8::from_array(words[0].to_array().map(|word| chosen(word, records))))
+        LightColumns::gather(records, U32x8::from_array(words[0].to_array().map(|word| chosen(word, records))))
     };
     let numbers = |words: &[U32x8; 4]| [unit_x8(words[1]), unit_x8(words[2])];
     let seen = move |points: &SurfacePoints, words: &[U32x8; 4], records: &[LightRecord]| -> SolidAngles {
-        solid_angles(&vertices(&columns(words, records)), F32x8::splat(ANY_DISTANCE), points.origin)
+        solid_angles(&columns(words, records).vertices, F32x8::splat(ANY_DISTANCE), points.origin)
     };
     let (askers, table) = (Askers::new(scene), records());
     let lanes_by_area = move || {
         timed("point by area", "packet", true, || {
             let draw = |(_, words): &(SurfacePoints, [U32x8; 4])| {
-                black_box((columns(words, &table)[0], sample_uniform_triangle(numbers(words))));
+                black_box((columns(words, &table).vertices[0].x, sample_uniform_triangle(numbers(words))));
                 LANES as u32
             };
             askers.lanes.iter().map(draw).sum()

@@ -1,7 +1,10 @@
 //! Microfacets and Fresnel's equations, eight at a time. Directions are local, +z is the surface normal.
 
-use crate::lanes::{F32x8, Vec3x8, sin_cos_turns};
+use crate::lanes::{F32x8, Mask8, Vec3x8, sin_cos_turns};
 use crate::math::INV_PI;
+
+/// Glossy surfaces scatter nothing that leaves or arrives flatter than this: below, the ratios of masking overflow.
+pub const MIN_COSINE: f32 = 1e-6;
 
 /// The GGX density of normals (Walter et al. 2007), per steradian; from the tangent components, which keep their precision
 /// in the narrowest lobes.
@@ -71,4 +74,33 @@ pub fn fresnel_conductor(cosine: F32x8, eta: Vec3x8, k: Vec3x8) -> Vec3x8 {
         half * (parallel + perpendicular)
     };
     Vec3x8::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
+}
+
+/// Lanes in which neither direction is too flat.
+#[inline(always)]
+pub fn steep_enough(wo: Vec3x8, wi: Vec3x8) -> Mask8 {
+    let least = F32x8::splat(MIN_COSINE);
+    wi.z.gt(least) & wo.z.gt(least)
+}
+
+/// Unit vectors half-way between unit vectors above the surface.
+#[inline(always)]
+pub fn half_vector(wo: Vec3x8, wi: Vec3x8) -> Vec3x8 {
+    let sum = wi + wo;
+    sum.scale(F32x8::ONE / sum.dot(sum).sqrt())
+}
+
+/// Unit vectors `wo`, mirrored in `half`.
+#[inline(always)]
+pub fn reflect_about(wo: Vec3x8, half: Vec3x8) -> Vec3x8 {
+    half.scale(F32x8::splat(2.0) * wo.dot(half)) - wo
+}
+
+/// D G2 / (4 cos_o), and the densities G1(o) D / (4 cos_o) of reflecting at visible normals.
+#[inline(always)]
+pub fn ggx_reflection(alpha: F32x8, wo: Vec3x8, wi: Vec3x8, half: Vec3x8) -> (F32x8, F32x8) {
+    let two = F32x8::splat(2.0);
+    let d = ggx_d(alpha, half) / (F32x8::splat(4.0) * wo.z);
+    let (o, i) = (smith_a(alpha, wo) / wo.z, smith_a(alpha, wi) / wi.z);
+    (d * (two / (o + i)), d * (two / (F32x8::ONE + o)))
 }

@@ -1,5 +1,6 @@
 //! Light sampling, eight surface points at a time.
 
+pub mod choose;
 pub mod environment;
 pub mod sample;
 pub mod tree;

@@ -1,17 +1,17 @@
 //! Stage: camera rays of the paths in the tile's slots. One variant a (filter, lens) pair.
 
 use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
+use crate::packet::context::{StageContext, StageFn};
+use crate::packet::counters::Counters;
 use crate::packet::queues::{COUNTS_ONE, TileState, append_rays};
 use crate::packet::warp::sample_uniform_disk;
-use crate::sampler::{ALL_WORDS, CAMERA_BLOCK, PIXEL_WORDS, sample_words_x8, unit_x8};
+use crate::sampler::draws::PathNumbers8;
+use crate::sampler::{ALL_WORDS, PIXEL_WORDS};
 use crate::scene::desc::PixelFilter;
 use crate::setup::Setup;
 
-/// A variant of the stage.
-pub type CameraStage = fn(&Setup, &mut TileState);
-
 /// The variant for this camera.
-pub fn variant(setup: &Setup) -> CameraStage {
+pub fn variant(setup: &Setup) -> StageFn {
     match (setup.camera.filter, setup.camera.lens.is_some()) {
         (PixelFilter::Box, false) => generate_camera_rays::<false, false>,
         (PixelFilter::Box, true) => generate_camera_rays::<false, true>,
@@ -21,7 +21,12 @@ pub fn variant(setup: &Setup) -> CameraStage {
 }
 
 /// Fills `paths` with one ray for every slot, in slot order.
-fn generate_camera_rays<const TENT: bool, const LENS: bool>(setup: &Setup, state: &mut TileState) {
+fn generate_camera_rays<const TENT: bool, const LENS: bool>(
+    context: &StageContext,
+    state: &mut TileState,
+    _: &mut Counters,
+) {
+    let setup = context.setup;
     let camera = &setup.camera;
     let eye = Vec3x8::splat(camera.origin);
     let [corner, right, down] = [camera.corner, camera.right, camera.down].map(Vec3x8::splat);
@@ -30,18 +35,15 @@ fn generate_camera_rays<const TENT: bool, const LENS: bool>(setup: &Setup, state
     for first in (0..state.slots.len).step_by(LANES) {
         let pixel = U32x8::load(&state.slots.pixel, first);
         let sample = U32x8::load(&state.slots.sample, first);
-        let words = if LENS {
-            sample_words_x8::<ALL_WORDS>(setup.sampler, pixel, sample, CAMERA_BLOCK, setup.seed)
-        } else {
-            sample_words_x8::<PIXEL_WORDS>(setup.sampler, pixel, sample, CAMERA_BLOCK, setup.seed)
-        };
-        let offset = |word: U32x8| if TENT { tent(unit_x8(word)) } else { unit_x8(word) };
-        let film_x = (pixel & U32x8::splat(0xffff)).to_f32() + offset(words[0]);
-        let film_y = (pixel >> 16).to_f32() + offset(words[1]);
+        let numbers = PathNumbers8 { sampler: setup.sampler, seed: setup.seed, pixel, sample };
+        let draws = if LENS { numbers.camera::<ALL_WORDS>() } else { numbers.camera::<PIXEL_WORDS>() };
+        let offset = |u: F32x8| if TENT { tent(u) } else { u };
+        let film_x = (pixel & U32x8::splat(0xffff)).to_f32() + offset(draws.film[0]);
+        let film_y = (pixel >> 16).to_f32() + offset(draws.film[1]);
         let mut origin = eye;
         let mut direction = corner + right.scale(film_x) + down.scale(film_y);
         if let (true, Some(lens)) = (LENS, &camera.lens) {
-            let [x, y] = sample_uniform_disk([unit_x8(words[2]), unit_x8(words[3])]);
+            let [x, y] = sample_uniform_disk(draws.lens);
             let on_lens = Vec3x8::splat(lens.right).scale(x) + Vec3x8::splat(lens.up).scale(y);
             origin = origin + on_lens;
             direction = direction.scale(F32x8::splat(lens.focus_distance)) - on_lens;

@@ -1,21 +1,19 @@
 //! Stage: rays that left the scene find the environment, weighed by what light sampling would have found.
 
 use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
+use crate::packet::context::{StageContext, StageFn};
+use crate::packet::counters::Counters;
+use crate::packet::lights::choose::{Light8, probability};
 use crate::packet::lights::environment::{look_up, map_pdf_dir};
-use crate::packet::lights::sample::environment_probability;
 use crate::packet::lights::tree::Receivers;
-use crate::packet::plan::Plan;
 use crate::packet::queues::{SLOT, TileState};
 use crate::packet::stages::shade_emitter::emission_weight;
 use crate::packet::warp::cosine_hemisphere_pdf_dir;
 use crate::setup::Setup;
 use crate::tables::lights::table::EnvironmentLight;
 
-/// The stage, compiled for one kind of environment.
-pub type MissStage = fn(&Setup, &Plan, &mut TileState);
-
 /// The stage for this scene's environment.
-pub fn variant(setup: &Setup) -> MissStage {
+pub fn variant(setup: &Setup) -> StageFn {
     match setup.lights.environment {
         Some(EnvironmentLight::Map(..)) => shade_miss::<true>,
         _ => shade_miss::<false>,
@@ -23,7 +21,8 @@ pub fn variant(setup: &Setup) -> MissStage {
 }
 
 /// Adds the environment's radiance to every path that hit nothing; `MAP`: it depends on direction.
-fn shade_miss<const MAP: bool>(setup: &Setup, plan: &Plan, state: &mut TileState) {
+fn shade_miss<const MAP: bool>(context: &StageContext, state: &mut TileState, _: &mut Counters) {
+    let StageContext { setup, decisions, .. } = context;
     let constant = match setup.lights.environment {
         Some(EnvironmentLight::Constant(radiance)) => radiance,
         _ => [0.0; 3],
@@ -34,7 +33,7 @@ fn shade_miss<const MAP: bool>(setup: &Setup, plan: &Plan, state: &mut TileState
         let gather = |column: &[f32]| F32x8::gather(column, row);
         let rays = &paths.rays;
         let slot = U32x8::gather(&paths.slot, row);
-        let pdf_dir = if plan.needs.pdf { gather(&paths.pdf_dir) } else { F32x8::ONE };
+        let pdf_dir = if decisions.needs.pdf { gather(&paths.pdf_dir) } else { F32x8::ONE };
         let (radiance, pdf_light) = match setup.lights.environment {
             Some(EnvironmentLight::Map(map, distribution)) if MAP => {
                 let texels = look_up(map, Vec3x8::new(gather(&rays.dx), gather(&rays.dy), gather(&rays.dz)));
@@ -42,17 +41,17 @@ fn shade_miss<const MAP: bool>(setup: &Setup, plan: &Plan, state: &mut TileState
                 (texels.radiance, pdf_light)
             }
             // A constant environment is sampled by a cosine hemisphere; so are diffuse surfaces, which then know the density.
-            _ if plan.needs.cosine => (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(gather(&paths.cosine))),
+            _ if decisions.needs.cosine => (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(gather(&paths.cosine))),
             _ => (Vec3x8::splat(constant), pdf_dir),
         };
-        let pdf_light = if plan.needs.pdf {
+        let pdf_light = if decisions.needs.pdf {
             let origin = Vec3x8::new(gather(&rays.ox), gather(&rays.oy), gather(&rays.oz));
-            let normal = if plan.needs.normal { paths.normal.gather(row) } else { origin };
-            environment_probability(&setup.lights, &Receivers { origin, normal }) * pdf_light
+            let normal = if decisions.needs.normal { paths.normal.gather(row) } else { origin };
+            probability(&setup.lights, &Receivers { origin, normal }, active, Light8::Environment) * pdf_light
         } else {
             pdf_light
         };
-        let weight = emission_weight(setup.strategy, slot, pdf_dir, pdf_light);
+        let weight = emission_weight(setup.strategy.row(), slot, pdf_dir, pdf_light);
         let gain = (paths.beta.gather(row) * radiance).scale(weight);
         slots.add(slot & U32x8::splat(SLOT), gain, active.bits());
     }

@@ -2,41 +2,35 @@
 
 use crate::bvh::ray::{HitQueue, NO_HIT};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
-use crate::packet::plan::Plan;
+use crate::packet::context::StageContext;
+use crate::packet::counters::Counters;
 use crate::packet::queues::{IndexList, PathQueue, SLOT, SurfaceQueue, TileState};
-use crate::setup::Setup;
 use crate::tables::materials::MaterialKind;
 use crate::tables::triangles::CLASS_EMITS;
 
-/// Sorts the hits of all paths. Without `scatter` (after the last event) surfaces are left alone.
-pub fn sort_hits(setup: &Setup, plan: &Plan, state: &mut TileState, scatter: bool) {
-    let TileState { paths, hits, misses, emitters, diffuse, mirror, conductor, dielectric, plastic, .. } = state;
-    for list in [&mut *misses, &mut *emitters] {
-        list.len = 0;
-    }
-    for queue in [&mut *diffuse, &mut *mirror, &mut *conductor, &mut *dielectric, &mut *plastic] {
-        queue.len = 0;
-    }
+/// Sorts the hits of all paths. After the last event surfaces are left alone.
+pub fn sort_hits(context: &StageContext, state: &mut TileState, _: &mut Counters) {
+    let StageContext { setup, decisions, .. } = context;
+    let TileState { paths, hits, misses, emitters, surfaces, .. } = state;
+    (misses.len, emitters.len) = (0, 0);
+    surfaces.0.iter_mut().for_each(|queue| queue.len = 0);
+    let kinds: &[MaterialKind] = if context.is_over() { &[] } else { &decisions.kinds };
     for first in (0..paths.len).step_by(LANES) {
         let active = Mask8::first((paths.len - first).min(LANES));
         let triangle = U32x8::load(&hits.triangle, first);
         let missed = triangle.eq(U32x8::splat(NO_HIT));
         let hit = active.and_not(missed);
-        let class = match plan.only_class {
+        let class = match decisions.only_class {
             Some(class) => U32x8::splat(class as u32),
             None => look_up(&setup.scene.classes, triangle),
         };
-        append_index(misses, plan.needs.misses, first, active & missed);
+        append_index(misses, decisions.needs.misses, first, active & missed);
         let emits = (class & U32x8::splat(CLASS_EMITS as u32)).eq(U32x8::splat(CLASS_EMITS as u32));
-        append_index(emitters, plan.needs.emitters, first, hit & emits);
+        append_index(emitters, decisions.needs.emitters, first, hit & emits);
         let kind = class & U32x8::splat(0x7f);
-        let of_kind = |wanted: MaterialKind| hit & kind.eq(U32x8::splat(wanted as u32));
-        if scatter {
-            append_surfaces(diffuse, plan.needs.diffuse, paths, hits, first, of_kind(MaterialKind::Diffuse));
-            append_surfaces(mirror, plan.needs.mirror, paths, hits, first, of_kind(MaterialKind::Mirror));
-            append_surfaces(conductor, plan.needs.conductor, paths, hits, first, of_kind(MaterialKind::Conductor));
-            append_surfaces(dielectric, plan.needs.dielectric, paths, hits, first, of_kind(MaterialKind::Dielectric));
-            append_surfaces(plastic, plan.needs.plastic, paths, hits, first, of_kind(MaterialKind::Plastic));
+        for &wanted in kinds {
+            let mask = hit & kind.eq(U32x8::splat(wanted as u32));
+            append_surfaces(&mut surfaces[wanted], paths, hits, first, mask);
         }
     }
 }
@@ -55,16 +49,9 @@ fn append_index(list: &mut IndexList, needed: bool, first: usize, mask: Mask8) {
 }
 
 #[inline(always)]
-fn append_surfaces(
-    queue: &mut SurfaceQueue,
-    needed: bool,
-    paths: &PathQueue,
-    hits: &HitQueue,
-    first: usize,
-    mask: Mask8,
-) {
+fn append_surfaces(queue: &mut SurfaceQueue, paths: &PathQueue, hits: &HitQueue, first: usize, mask: Mask8) {
     let bits = mask.bits();
-    if !needed || bits == 0 {
+    if bits == 0 {
         return;
     }
     let at = queue.len;

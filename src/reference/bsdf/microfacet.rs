@@ -2,6 +2,9 @@
 
 use super::{INV_PI, Real, Vec3, sin_cos_turns};
 
+/// Glossy surfaces scatter nothing that leaves or arrives flatter than this: below, the ratios of masking overflow.
+pub const MIN_COSINE: Real = 1e-6;
+
 /// The GGX (Trowbridge-Reitz) density of normals (Walter et al. 2007), per steradian.
 ///
 /// From the tangent components, not from 1 - cos^2: for alpha = 1e-4 the cosine of every normal that matters rounds to 1.
@@ -66,4 +69,27 @@ pub fn fresnel_conductor(cosine: Real, eta: Vec3, k: Vec3) -> Vec3 {
         0.5 * (parallel + perpendicular)
     };
     Vec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
+}
+
+/// D G2 / (4 cos_o), and the density G1(o) D / (4 cos_o) of reflecting at visible normals.
+pub fn ggx_reflection(alpha: Real, wo: Vec3, wi: Vec3, half: Vec3) -> (Real, Real) {
+    let d = ggx_d(alpha, half) / (4.0 * wo.z);
+    let (o, i) = (smith_a(alpha, wo) / wo.z, smith_a(alpha, wi) / wi.z);
+    (d * (2.0 / (o + i)), d * (2.0 / (1.0 + o)))
+}
+
+/// The unit vector half-way between two unit vectors above the surface.
+pub fn half_vector(wo: Vec3, wi: Vec3) -> Vec3 {
+    let sum = wi + wo;
+    sum * (1.0 / sum.dot(sum).sqrt())
+}
+
+/// Whether both directions rise far enough above the surface.
+pub fn steep_enough(wo: Vec3, wi: Vec3) -> bool {
+    wi.z > MIN_COSINE && wo.z > MIN_COSINE
+}
+
+/// The mirror image of `wo` in a microfacet's normal.
+pub fn reflect_about(wo: Vec3, half: Vec3) -> Vec3 {
+    half * (2.0 * wo.dot(half)) - wo
 }

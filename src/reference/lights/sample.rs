@@ -1,15 +1,16 @@
 //! Light sampling: choose a light, choose a point or a direction, and say with which density.
 
 use super::alpha_masks::is_opaque;
+use super::choose::{Light, choose, probability};
 use super::environment::{map_pdf_dir, sample_map, texel_index};
 use super::surface::{OFFSET_HALF_ULPS, SurfacePoint, point_and_offset};
 use super::texture::{interpolate, look_up};
-use super::tree::{Receiver, choose_light, environment_eighths, light_probability};
+use super::tree::Receiver;
 use super::triangle::solid_angle;
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use super::{Real, Vec3, vec3};
-use crate::sampler::unit;
-use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures, Selection};
+use crate::sampler::draws::LightDraws;
+use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
 use crate::tables::textures::NO_TEXTURE;
 
 /// A light sample as seen from a surface point.
@@ -29,25 +30,24 @@ pub struct LightSample {
 }
 
 /// Draws a light sample; `None` if it cannot contribute (below the horizon, behind the light).
-///
-/// `words` are those of [`crate::sampler::light_block`].
-pub fn sample_light(lights: &LightTable, point: &SurfacePoint, words: [u32; 4]) -> Option<LightSample> {
-    let u = [unit(words[1]) as Real, unit(words[2]) as Real];
+pub fn sample_light(lights: &LightTable, point: &SurfacePoint, draws: &LightDraws<u32, f32>) -> Option<LightSample> {
     let receiver = Receiver { origin: point.origin, normal: point.normal };
-    let (environment, word) = lights.choose_environment(words[0], eighths(lights, &receiver));
-    if environment {
-        return sample_environment(lights, point, [word, words[3] << 1], u);
+    let (light, probability, word) = choose(lights, &receiver, draws.select);
+    let u = draws.point.map(|u| u as Real);
+    match light {
+        Light::Environment => sample_environment(lights, point, probability, [word, draws.fork()], u),
+        Light::Emitter(emitter) => sample_emitter(lights, point, probability, emitter, u),
     }
-    let (chosen, probability) = match &lights.selection {
-        Selection::Tree(tree) => {
-            let (chosen, probability) = choose_light(tree, &receiver, word);
-            (chosen, probability * triangle_share(lights, &receiver))
-        }
-        _ => {
-            let chosen = lights.choose_triangle(word);
-            (chosen, lights.probability(chosen) as Real)
-        }
-    };
+}
+
+/// Draws a point on the emitter that was chosen with this probability.
+fn sample_emitter(
+    lights: &LightTable,
+    point: &SurfacePoint,
+    probability: Real,
+    chosen: u32,
+    u: [Real; 2],
+) -> Option<LightSample> {
     let light = &lights.records[chosen as usize];
     let pdf_area = light.pdf_area() as Real;
     let solid_angle = solid_angle(&light.vertices, pdf_area, point.origin);
@@ -90,7 +90,13 @@ fn far_end(origin: Vec3) -> Real {
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normal, a map by its radiance.
-fn sample_environment(lights: &LightTable, point: &SurfacePoint, words: [u32; 2], u: [Real; 2]) -> Option<LightSample> {
+fn sample_environment(
+    lights: &LightTable,
+    point: &SurfacePoint,
+    probability: Real,
+    words: [u32; 2],
+    u: [Real; 2],
+) -> Option<LightSample> {
     let (direction, radiance, map_pdf) = match lights.environment? {
         EnvironmentLight::Constant(radiance) => {
             (to_world(sample_cosine_hemisphere(u), point.normal), vec3(radiance), None)
@@ -110,7 +116,7 @@ fn sample_environment(lights: &LightTable, point: &SurfacePoint, words: [u32; 2]
         direction,
         cosine,
         radiance,
-        pdf_dir: environment_probability(lights, &Receiver { origin: point.origin, normal: point.normal }) * pdf_dir,
+        pdf_dir: probability * pdf_dir,
         shadow_direction: direction,
         shadow_tmax: Real::INFINITY,
     })
@@ -136,10 +142,7 @@ pub fn emitted(lights: &LightTable, light: u32, weights: [Real; 3]) -> Vec3 {
 /// distance `t`, on a side of `light` that emits, where the ray's direction makes `light_cosine` with that side's
 /// (reversed) normal.
 pub fn light_pdf_dir(lights: &LightTable, receiver: &Receiver, light: u32, t: Real, light_cosine: Real) -> Real {
-    let probability = match &lights.selection {
-        Selection::Tree(tree) => light_probability(tree, receiver, light) * triangle_share(lights, receiver),
-        _ => lights.probability(light) as Real,
-    };
+    let probability = probability(lights, receiver, Light::Emitter(light));
     let record = &lights.records[light as usize];
     let pdf_area = record.pdf_area() as Real;
     let by_area = pdf_area * (t * t) / light_cosine;
@@ -163,26 +166,5 @@ pub fn environment_in_direction(
             (vec3(texel.radiance), map_pdf_dir(distribution, texel))
         }
     };
-    Some((radiance, environment_probability(lights, receiver) * pdf_dir))
-}
-
-/// How many eighths of the light samples go to the environment if the scene has triangles that emit too.
-fn eighths(lights: &LightTable, receiver: &Receiver) -> u32 {
-    match &lights.selection {
-        Selection::Tree(tree) if lights.environment.is_some() => environment_eighths(tree, receiver),
-        _ => 4,
-    }
-}
-
-/// Under a light tree, the probability with which a light sample goes to the triangles.
-fn triangle_share(lights: &LightTable, receiver: &Receiver) -> Real {
-    if lights.environment.is_some() { (8 - eighths(lights, receiver)) as Real * 0.125 } else { 1.0 }
-}
-
-/// The probability with which a light sample goes to the environment.
-fn environment_probability(lights: &LightTable, receiver: &Receiver) -> Real {
-    match &lights.selection {
-        Selection::Tree(_) => eighths(lights, receiver) as Real * 0.125,
-        _ => lights.environment_probability as Real,
-    }
+    Some((radiance, probability(lights, receiver, Light::Environment) * pdf_dir))
 }

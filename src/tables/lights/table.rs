@@ -75,19 +75,41 @@ pub struct LightTextures {
     pub alpha_masks: Option<(Arc<AlphaMaskTable>, Vec<u32>)>,
 }
 
-/// What decides which light a sample goes to.
+/// What decides which emitter a sample goes to.
 #[derive(Clone, Debug)]
 pub enum Selection<'a> {
-    /// No emissive triangle.
-    None,
-    /// Exactly one: nothing to choose.
+    /// The same probabilities at every place.
+    Fixed(Fixed),
+    /// By what emitters can send to the point that asks.
+    Tree(&'a LightTree),
+}
+
+/// A choice of emitters that does not depend on the place.
+#[derive(Clone, Debug)]
+pub enum Fixed {
+    /// There is at most one: nothing to choose.
     Single,
-    /// All alike.
-    Uniform,
+    /// All of so many alike.
+    Uniform(u32),
     /// By power.
     Alias(Vec<AliasColumn>),
-    /// By what they can send to the point that asks.
-    Tree(&'a LightTree),
+}
+
+impl Fixed {
+    /// The emitter that a selection word chooses.
+    #[inline]
+    pub fn choose(&self, word: u32) -> u32 {
+        match self {
+            Fixed::Single => 0,
+            Fixed::Uniform(count) => index_below(word, *count),
+            Fixed::Alias(columns) => {
+                let column = index_below(word, columns.len() as u32);
+                let low = word.wrapping_mul(columns.len() as u32);
+                let AliasColumn { threshold, alias } = columns[column as usize];
+                if low < threshold { column } else { alias }
+            }
+        }
+    }
 }
 
 /// The environment as a light.
@@ -144,10 +166,9 @@ impl<'a> LightTable<'a> {
         });
         let selection = match (count, lights, tree) {
             (_, _, Some(tree)) => Selection::Tree(tree),
-            (0, ..) => Selection::None,
-            (1, ..) => Selection::Single,
-            (_, Lights::Power, _) => Selection::Alias(alias_table(&weights, total)),
-            (_, Lights::Uniform | Lights::Tree, _) => Selection::Uniform,
+            (0 | 1, ..) => Selection::Fixed(Fixed::Single),
+            (_, Lights::Power, _) => Selection::Fixed(Fixed::Alias(alias_table(&weights, total))),
+            (_, Lights::Uniform | Lights::Tree, _) => Selection::Fixed(Fixed::Uniform(count as u32)),
         };
         let environment = scene.environment.as_ref().map(|environment| match environment {
             Environment::Constant(radiance) => EnvironmentLight::Constant(*radiance),
@@ -158,7 +179,7 @@ impl<'a> LightTable<'a> {
             textures: textures(scene),
             two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
             probabilities: match selection {
-                Selection::Alias(_) => (0..count).map(|i| probability(i) as f32).collect(),
+                Selection::Fixed(Fixed::Alias(_)) => (0..count).map(|i| probability(i) as f32).collect(),
                 _ => (0..count.min(1)).map(|i| probability(i) as f32).collect(),
             },
             selection,
@@ -172,33 +193,6 @@ impl<'a> LightTable<'a> {
         self.records.is_empty() && self.environment.is_none()
     }
 
-    /// Whether the sample of this selection word goes to the environment, which `eighths` of all samples do where a scene
-    /// has triangles too, and the word that is left for further choices.
-    #[inline]
-    pub fn choose_environment(&self, word: u32, eighths: u32) -> (bool, u32) {
-        match (self.environment.is_some(), self.records.is_empty()) {
-            (false, _) => (false, word),
-            (true, true) => (true, word),
-            (true, false) => (word >> 29 < eighths, word << 3),
-        }
-    }
-
-    /// The emitter that a selection word chooses where the place does not matter (else the engines walk the tree).
-    #[inline]
-    pub fn choose_triangle(&self, word: u32) -> u32 {
-        match &self.selection {
-            Selection::None | Selection::Single => 0,
-            Selection::Tree(_) => unreachable!("the tree chooses by place"),
-            Selection::Uniform => index_below(word, self.records.len() as u32),
-            Selection::Alias(columns) => {
-                let column = index_below(word, columns.len() as u32);
-                let low = word.wrapping_mul(columns.len() as u32);
-                let AliasColumn { threshold, alias } = columns[column as usize];
-                if low < threshold { column } else { alias }
-            }
-        }
-    }
-
     /// The probability with which a light sample goes to emitter `light`.
     #[inline]
     pub fn probability(&self, light: u32) -> f32 {
@@ -209,7 +203,7 @@ impl<'a> LightTable<'a> {
     pub fn tables(&self) -> Vec<(&'static str, usize)> {
         let mut tables = vec![("light records", size_of_val(&self.records[..]))];
         match &self.selection {
-            Selection::Alias(columns) => {
+            Selection::Fixed(Fixed::Alias(columns)) => {
                 tables.push(("light alias table", size_of_val(&columns[..])));
                 tables.push(("light probabilities", size_of_val(&self.probabilities[..])));
             }
@@ -248,11 +242,11 @@ fn off_the_surface(triangle: &TriangleRecord) -> [[f32; 3]; 3] {
 
 /// Light kinds in words, for plans and reports.
 pub fn selection_name(table: &LightTable) -> String {
-    let triangles = match table.selection {
-        Selection::None => None,
-        Selection::Single => Some("single light"),
-        Selection::Uniform => Some("uniform"),
-        Selection::Alias(_) => Some("power (alias table)"),
+    let triangles = match &table.selection {
+        _ if table.records.is_empty() => None,
+        Selection::Fixed(Fixed::Single) => Some("single light"),
+        Selection::Fixed(Fixed::Uniform(_)) => Some("uniform"),
+        Selection::Fixed(Fixed::Alias(_)) => Some("power (alias table)"),
         Selection::Tree(_) => Some("light tree"),
     };
     let environment = table.environment.map(|environment| match environment {

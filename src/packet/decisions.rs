@@ -1,0 +1,67 @@
+//! What is decided once for a render, for its stages to read.
+
+use crate::packet::queues::{QueueNeeds, TileState};
+use crate::setup::Setup;
+use crate::strategy::Weight;
+use crate::tables::lights::table::{EnvironmentLight, Selection};
+use crate::tables::materials::{KindRow, Lobes, MaterialKind, PerKind, TABLE};
+
+/// The facts.
+pub struct Decisions {
+    /// Queues and columns that exist.
+    pub needs: QueueNeeds,
+    /// The kinds that have a queue.
+    pub kinds: Vec<MaterialKind>,
+    /// Some surface is smooth or textured: stages load what its corners carry.
+    pub detail: bool,
+    /// Every triangle has this class, so hits need not be looked up ([`crate::tables::PreparedScene::classes`]).
+    pub only_class: Option<u8>,
+    /// Shadow rays end at a light point (1), leave the scene (infinity), or say so one by one (`None`).
+    pub shadow_tmax: Option<f32>,
+    /// Whether emission can count after a last event whose direction was drawn from a density.
+    pub last_drawn_counts: bool,
+    /// Whether emission can count after a last delta event.
+    pub last_delta_counts: bool,
+}
+
+impl Decisions {
+    /// Those of one render.
+    pub fn new(setup: &Setup) -> Decisions {
+        let (scene, row) = (setup.scene, setup.strategy.row());
+        let emission_counts = row.certain_hit != Weight::Zero || row.hit != Weight::Zero;
+        let events = setup.max_depth > 0;
+        let some = |holds: fn(&KindRow) -> bool| TABLE.iter().any(|row| holds(row) && scene.features.kinds[row.kind]);
+        let glossy = some(|row| row.lobes == Lobes::Density && !row.pdf_is_cosine);
+        let pdf = setup.strategy.is_mis() && setup.samples_lights();
+        let needs = QueueNeeds {
+            pdf,
+            cosine: pdf && glossy && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_))),
+            normal: pdf && matches!(setup.lights.selection, Selection::Tree(_)),
+            misses: scene.environment.is_some() && emission_counts,
+            emitters: !scene.emitters.is_empty() && emission_counts,
+            surfaces: PerKind::new(|kind| events && kind.scatters() && scene.features.kinds[kind]),
+            shadow: some(|row| row.lobes == Lobes::Density) && events && setup.samples_lights(),
+            alpha_masks: scene.features.alpha_masks,
+        };
+        let first = scene.classes.first().copied();
+        let lit = !setup.lights.is_empty();
+        Decisions {
+            needs,
+            kinds: MaterialKind::ALL.into_iter().filter(|&kind| needs.surfaces[kind]).collect(),
+            detail: !scene.corners.is_empty(),
+            only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
+            shadow_tmax: match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
+                (false, _) => Some(1.0),
+                (true, true) => Some(f32::INFINITY),
+                (true, false) => None,
+            },
+            last_drawn_counts: lit && row.hit != Weight::Zero,
+            last_delta_counts: lit && row.certain_hit != Weight::Zero,
+        }
+    }
+
+    /// One thread's queues, for `capacity` paths.
+    pub fn tile_state(&self, capacity: usize) -> TileState {
+        TileState::new(capacity, self.needs, self.shadow_tmax.unwrap_or(1.0))
+    }
+}

@@ -1,0 +1,22 @@
+//! Smooth glass.
+
+use super::microfacet::fresnel_dielectric;
+use super::mirror::reflect;
+use super::sample::{BsdfSample, only};
+use super::{Real, Vec3, vec3};
+use crate::tables::materials::MaterialRecord;
+
+/// Smooth glass: reflected with the Fresnel probability, else refracted (pbrt-v4 section 9.3.3 and 9.5). What is refracted
+/// is compressed into another solid angle: radiance is divided by the square of the relative index.
+pub fn sample(material: &MaterialRecord, n: Vec3, incoming: Vec3, front: bool, u_lobe: Real) -> BsdfSample {
+    let ior = material.ior as Real;
+    let eta = if front { ior } else { 1.0 / ior };
+    let cosine = -incoming.dot(n);
+    let (reflectance, cosine_t) = fresnel_dielectric(cosine, eta);
+    if u_lobe < reflectance {
+        return only(reflect(incoming, n), Vec3::ONE);
+    }
+    let scale = 1.0 / eta;
+    let direction = incoming * scale + n * (cosine * scale - cosine_t);
+    only(direction, vec3(material.color) * (scale * scale))
+}
