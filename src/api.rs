@@ -57,7 +57,8 @@ impl Scene {
     /// Derives every table and builds the BVH.
     ///
     /// # Errors
-    /// [`crate::Error::Scene`] if the description breaks a rule of [`crate::scene::validate`] or shows nothing.
+    /// [`crate::Error::Scene`] if the description breaks a rule of [`crate::scene::validate`], or if the scene is too
+    /// large or too small for f32 ([`crate::tables::scale_limits`]).
     pub fn prepare(&self) -> Result<PreparedScene> {
         let mut prepared = PreparedScene::new(&self.desc)?;
         prepared.load_s = self.load_s;

@@ -2,6 +2,8 @@
 
 #[path = "loading/common.rs"]
 mod common;
+#[path = "loading/descriptions.rs"]
+mod descriptions;
 #[path = "loading/environments.rs"]
 mod environments;
 #[path = "loading/materials.rs"]

@@ -1,7 +1,7 @@
 //! What must hold of every [`SceneDesc`], whoever made it, and what counts as a triangle without area.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, Scattering, SceneDesc, TextureUse};
+use crate::scene::desc::{CameraDesc, EnvironmentDesc, MaterialDesc, Scattering, SceneDesc, TextureUse, TriangleDesc};
 use crate::settings::MAX_FILM_SIDE;
 use glam::DVec3;
 
@@ -94,83 +94,117 @@ pub fn scattering_fault(scattering: &Scattering) -> Option<String> {
     }
 }
 
-/// Checks everything the tables rely on. Loading has already said more about where; this is the last gate, also for
-/// scenes that a program put together.
+/// The one gate: checks everything the tables rely on, whoever made the scene. Loading has already said more about
+/// where in the files; [`crate::tables::PreparedScene::new`] asks again, since descriptions may be changed in between.
+///
+/// # Errors
+/// [`Error::Scene`] names the first rule that is broken, and the triangle, material or image that breaks it.
 pub fn check(scene: &SceneDesc) -> Result<()> {
-    let fail = |message: String| Err(Error::Scene { scene: scene.name.clone(), message });
+    let fault = view_fault(scene)
+        .or_else(|| vertex_fault(scene))
+        .or_else(|| corner_fault(scene))
+        .or_else(|| image_fault(scene))
+        .or_else(|| scene.materials.iter().enumerate().find_map(|(i, m)| material_fault(scene, i, m)))
+        .or_else(|| scene.environment.as_ref().and_then(environment_fault))
+        .or_else(|| nothing_to_see(scene));
+    match fault {
+        Some(message) => Err(Error::Scene { scene: scene.name.clone(), message }),
+        None => Ok(()),
+    }
+}
+
+/// What is wrong with camera, film or render settings.
+fn view_fault(scene: &SceneDesc) -> Option<String> {
     if let Some(fault) = camera_fault(&scene.camera) {
-        return fail(format!("camera: {fault}"));
+        return Some(format!("camera: {fault}"));
     }
-    let side = 1..=MAX_FILM_SIDE;
-    if !side.contains(&scene.film.0) || !side.contains(&scene.film.1) {
-        let (width, height) = scene.film;
-        return fail(format!("the film is {width} x {height} pixels; each side must be 1 to {MAX_FILM_SIDE}"));
+    let (side, (width, height)) = (1..=MAX_FILM_SIDE, scene.film);
+    if !side.contains(&width) || !side.contains(&height) {
+        return Some(format!("the film is {width} x {height} pixels; each side must be 1 to {MAX_FILM_SIDE}"));
     }
-    if scene.triangles.is_empty() {
-        return fail("no triangles: name an OBJ file that has faces".into());
-    }
+    (scene.render.spp == Some(0)).then(|| "render: spp is 0; it must be at least 1".into())
+}
+
+/// What is wrong with positions, or with what triangles name.
+fn vertex_fault(scene: &SceneDesc) -> Option<String> {
     if let Some(i) = scene.positions.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-        return fail(format!("vertex {i} is not finite: {:?}", scene.positions[i]));
+        return Some(format!("vertex {i} is not finite: {:?}", scene.positions[i]));
     }
     let (vertices, materials) = (scene.positions.len(), scene.materials.len());
-    if let Some(i) = scene
-        .triangles
-        .iter()
-        .position(|t| t.material as usize >= materials || t.vertices.iter().any(|&v| v as usize >= vertices))
-    {
-        return fail(format!("triangle {i} names a vertex or material that does not exist"));
-    }
-    if !scene.corners.is_empty() && scene.corners.len() != scene.triangles.len() {
-        return fail("corners must be empty or one entry a triangle".into());
+    scene.triangles.iter().enumerate().find_map(|(i, triangle)| {
+        let missing = triangle.vertices.into_iter().find(|&v| v as usize >= vertices);
+        let vertex = missing.map(|v| format!("triangle {i} names vertex {v}; the scene has {vertices} vertices"));
+        let material = triangle.material;
+        let unknown = || format!("triangle {i} names material {material}; the scene has {materials} materials");
+        vertex.or_else(|| (material as usize >= materials).then(unknown))
+    })
+}
+
+/// What is wrong with the corners' normals and texture coordinates.
+fn corner_fault(scene: &SceneDesc) -> Option<String> {
+    let (corners, triangles) = (scene.corners.len(), scene.triangles.len());
+    if corners != 0 && corners != triangles {
+        return Some(format!("corners must be empty or one entry a triangle; {corners} are for {triangles} triangles"));
     }
     let unit_or_zero = |n: &[f32; 3]| {
         let square: f64 = n.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
         square == 0.0 || (square - 1.0).abs() < 1e-3
     };
-    if let Some(i) = scene.corners.iter().position(|corner| !corner.normals.iter().all(unit_or_zero)) {
-        return fail(format!("triangle {i} has corner normals that are neither unit vectors nor zero"));
-    }
-    if let Some(i) = scene.corners.iter().position(|corner| !corner.uvs.iter().flatten().all(|t| t.abs() < 1e7)) {
-        return fail(format!("triangle {i} has texture coordinates beyond 1e7"));
-    }
-    for texture in &scene.textures {
-        if texture.texels.is_empty() || texture.texels.len() != texture.width as usize * texture.height as usize {
-            return fail(format!("texture `{}` has not width x height texels", texture.name));
+    scene.corners.iter().enumerate().find_map(|(i, corner)| {
+        if !corner.normals.iter().all(unit_or_zero) {
+            return Some(format!("triangle {i} has corner normals that are neither unit vectors nor zero"));
         }
-    }
-    for mask in &scene.masks {
-        if mask.texels.is_empty() || mask.texels.len() != mask.width as usize * mask.height as usize {
-            return fail(format!("mask `{}` has not width x height texels", mask.name));
+        let near = corner.uvs.iter().flatten().all(|t| t.abs() < 1e7);
+        (!near).then(|| format!("triangle {i} has texture coordinates that are beyond 1e7 or no numbers"))
+    })
+}
+
+/// What is wrong with the sizes of textures and masks.
+fn image_fault(scene: &SceneDesc) -> Option<String> {
+    let textures = scene.textures.iter().map(|t| ("texture", &t.name, t.width, t.height, t.texels.len()));
+    let masks = scene.masks.iter().map(|m| ("mask", &m.name, m.width, m.height, m.texels.len()));
+    for (what, name, width, height, texels) in textures.chain(masks) {
+        if texels == 0 || texels as u64 != u64::from(width) * u64::from(height) {
+            return Some(format!("{what} `{name}` is {width} x {height} but has {texels} texels"));
         }
     }
     let texels = scene.textures.iter().map(|texture| texture.texels.len()).sum::<usize>();
-    if texels.max(scene.masks.iter().map(|mask| mask.texels.len()).sum()) > u32::MAX as usize {
-        return fail("more than 2^32 texels: use smaller textures".into());
-    }
-    for material in &scene.materials {
-        let uses = [material.texture, material.emission_texture];
-        let fine = |u: &TextureUse, textures: usize| {
-            let placed = u.scale.iter().chain(&u.offset).all(|x| x.abs() <= 1e6);
-            placed && (u.texture as usize) < textures
-        };
-        let coloured = uses.iter().flatten().all(|u| fine(u, scene.textures.len()));
-        if !(coloured && material.alpha_mask.iter().all(|u| fine(u, scene.masks.len()))) {
-            return fail(format!(
-                "material `{}` has a texture that does not exist or is scaled too far",
-                material.name
-            ));
+    let most = texels.max(scene.masks.iter().map(|mask| mask.texels.len()).sum());
+    (most > u32::MAX as usize).then(|| "more than 2^32 texels: use smaller textures".into())
+}
+
+/// What is wrong with material number `i`.
+fn material_fault(scene: &SceneDesc, i: usize, material: &MaterialDesc) -> Option<String> {
+    let (textures, masks) = (scene.textures.len(), scene.masks.len());
+    let uses = [
+        ("texture", material.texture, textures),
+        ("emission texture", material.emission_texture, textures),
+        ("alpha mask", material.alpha_mask, masks),
+    ];
+    let image = uses.into_iter().find_map(|(what, used, count)| {
+        let TextureUse { texture, scale, offset } = used?;
+        if texture as usize >= count {
+            return Some(format!("its {what} is number {texture}; the scene has {count}"));
         }
-        if let Some(fault) = scattering_fault(&material.scattering) {
-            return fail(format!("material `{}`: {fault}", material.name));
-        }
-        if !material.emission.iter().all(|&e| e >= 0.0 && fits_f32(e)) {
-            return fail(format!("material `{}` emits {:?}, not finite or negative", material.name, material.emission));
-        }
-    }
-    match scene.environment.as_ref().and_then(environment_fault) {
-        Some(fault) => fail(fault),
-        None => Ok(()),
-    }
+        let near = scale.iter().chain(&offset).all(|x| x.abs() <= 1e6);
+        (!near).then(|| format!("its {what} is scaled or shifted beyond 1e6: {scale:?}, {offset:?}"))
+    });
+    let emission = material.emission;
+    let shines = emission.iter().all(|&e| e >= 0.0 && fits_f32(e));
+    let fault = image
+        .or_else(|| scattering_fault(&material.scattering))
+        .or_else(|| (!shines).then(|| format!("emission is {emission:?}; each channel must be finite and at least 0")));
+    fault.map(|fault| format!("material {i} `{}`: {fault}", material.name))
+}
+
+/// Why a picture of this scene would show nothing, whatever its materials, if so.
+fn nothing_to_see(scene: &SceneDesc) -> Option<String> {
+    let visible = || {
+        let corners = |t: &TriangleDesc| t.vertices.map(|v| scene.positions[v as usize]);
+        scene.triangles.iter().any(|t| !is_degenerate(corners(t)))
+    };
+    let message = "no triangle of positive area and no environment: there is nothing to see; check the OBJ";
+    (scene.environment.is_none() && !visible()).then(|| message.into())
 }
 
 /// Why this environment cannot shine, if it cannot.
@@ -193,11 +227,14 @@ pub fn environment_fault(environment: &EnvironmentDesc) -> Option<String> {
     if !(map.scale > 0.0 && fits_f32(map.scale) && map.rotate.is_finite()) {
         return Some(format!("environment map {name}: scale must be above 0, scale and rotate finite"));
     }
-    let brightest = map.texels.iter().flatten().fold(0.0, |most: f32, &c| if c <= most { most } else { c });
-    // A NaN takes the brightest's place and fails the test below.
-    if !(fits_f32(brightest as f64 * map.scale)) || map.texels.iter().flatten().any(|&c| c < 0.0) {
-        return Some(format!("environment map {name}: texels times scale must be finite and not negative"));
+    let shines = |c: f32| c >= 0.0 && fits_f32(f64::from(c) * map.scale);
+    if let Some(i) = map.texels.iter().position(|texel| !texel.iter().all(|&c| shines(c))) {
+        let (x, y, texel) = (i as u32 % map.width, i as u32 / map.width, map.texels[i]);
+        return Some(format!(
+            "environment map {name}: texel {x},{y} is {texel:?}; times scale it must be finite and not negative"
+        ));
     }
+    let brightest = map.texels.iter().flatten().fold(0.0, |most: f32, &c| if c <= most { most } else { c });
     let lit = (brightest as f64 * map.scale) as f32 >= f32::MIN_POSITIVE;
     (!lit).then(|| format!("environment map {name}: no texel shines"))
 }

@@ -4,8 +4,9 @@ use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use crate::bvh::Bvh;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
+use crate::scene::validate;
 use crate::tables::alpha_masks::AlphaMaskTable;
 use crate::tables::corners::{CornerRecord, corner_table};
 use crate::tables::emitter_facing;
@@ -38,7 +39,8 @@ pub struct PreparedScene {
     pub textures: Arc<TextureTable>,
     /// The cut-out triangles; lights share them.
     pub alpha_masks: Arc<AlphaMaskTable>,
-    /// Per triangle id, the material's kind (low bits) and [`crate::tables::triangles::CLASS_EMITS`]: the sorting key of a hit.
+    /// Per triangle id, the material's kind (low bits) and [`crate::tables::triangles::CLASS_EMITS`]: the sorting key
+    /// of a hit.
     pub classes: Vec<u8>,
     /// Materials in use, sorted by kind.
     pub materials: Vec<MaterialRecord>,
@@ -65,16 +67,13 @@ impl PreparedScene {
     /// Derives every table.
     ///
     /// # Errors
-    /// [`Error::Scene`] if there is nothing to render (no triangle of positive area and no environment), or if the scene
-    /// is too large or too small for f32 ([`crate::tables::scale_limits`]).
+    /// [`crate::Error::Scene`] if the description breaks a rule of [`crate::scene::validate`], or if the scene is too
+    /// large or too small for f32 ([`crate::tables::scale_limits`]).
     pub fn new(desc: &SceneDesc) -> Result<PreparedScene> {
         let start = Instant::now();
+        validate::check(desc)?;
         let mut warnings = scale_limits::check(desc)?;
         let degenerate = degenerate_triangles(desc);
-        if degenerate.iter().all(|&d| d) && desc.environment.is_none() {
-            let message = "no triangle of positive area and no environment: there is nothing to see; check the OBJ";
-            return Err(Error::Scene { scene: desc.name.clone(), message: message.into() });
-        }
         let (materials, material_index) = material_table(&desc.materials);
         let emitters = emitter_table(desc, &degenerate);
         let triangles = triangle_table(desc, &degenerate, &material_index, emitters.iter().map(|e| e.triangle));
