@@ -187,7 +187,7 @@ fn stages(setup: &Setup, needs: QueueNeeds) -> Vec<PlannedStage> {
 fn walks(setup: &Setup) -> String {
     let word = |kind: RayKind| match setup.scene.bvh.first_choice(kind) {
         Walk::Single => "one by one",
-        Walk::Packet(_) => "packets (streams where they part)",
+        Walk::Packet => "packets (streams where they part)",
         Walk::Stream => "streams",
         Walk::Flat => "packets through a list",
     };
