@@ -80,7 +80,7 @@ fn scene(criterion: &mut Criterion, name: &str, mesh: &Mesh, size: usize) {
     let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());
     for set in ray_sets(mesh, &bvh, size) {
         let (mut hits, mut blocked) = (HitQueue::with_len(set.count), vec![0; set.count / 8 + 1]);
-        let walks = [Walk::Single, Walk::Packet(0), Walk::Packet(2), Walk::Stream, Walk::Flat];
+        let walks = [Walk::Single, Walk::Packet, Walk::Stream, Walk::Flat];
         let walks = walks.into_iter().filter(|walk| bvh.walks().contains(walk));
 
         let mut group = criterion.benchmark_group(format!("{name}/{}/closest", set.name));

@@ -2,11 +2,10 @@
 
 use crate::bvh::collapse;
 use crate::bvh::huge::Table;
-use crate::bvh::node::{Child, LeafBlock, NO_TRIANGLE, Node};
+use crate::bvh::node::{Child, LeafBlock, NO_TRIANGLE, Node, Tables};
 use crate::bvh::sah;
 use crate::bvh::sah::PrimBox;
 use crate::bvh::walk_flat::Flat;
-use crate::bvh::walk_single::Tables;
 use crate::lanes::LANES;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 

@@ -21,5 +21,5 @@ mod walk_single;
 mod walk_stream;
 
 pub use build::{BuildOptions, Bvh};
-pub use query::{RayKind, Scratch, Walk, WalkCounters};
-pub use ray::{HitPacket, HitQueue, RayPacket, RayQueue};
+pub use query::{RayKind, Scratch, Walk};
+pub use ray::{HitPacket, HitQueue, RayPacket, RayQueue, WalkCounters};

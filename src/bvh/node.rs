@@ -107,3 +107,12 @@ pub(super) fn leaf_word(block: usize, triangles: usize) -> u32 {
 }
 
 const _: () = assert!(size_of::<Node>() == 256 && size_of::<LeafBlock>() == 320);
+
+/// The tables a walk reads.
+#[derive(Clone, Copy)]
+pub(super) struct Tables<'a> {
+    pub(super) nodes: &'a [Node],
+    pub(super) leaves: &'a [LeafBlock],
+    /// The largest |coordinate|.
+    pub(super) extent: f32,
+}

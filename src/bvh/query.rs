@@ -1,12 +1,12 @@
 //! Questions to the tree: by packet, by queue, by stream; which walk answers them.
 
 use crate::bvh::build::Bvh;
-use crate::bvh::ray::{HitPacket, HitQueue, RayPacket, RayQueue};
+use crate::bvh::ray::{HitPacket, HitQueue, RayPacket, RayQueue, WalkCounters};
 use crate::bvh::walk_flat;
 use crate::bvh::walk_packet;
 use crate::bvh::walk_packet::PacketStack;
 use crate::bvh::walk_single;
-use crate::bvh::walk_single::{Hit, Stack};
+use crate::bvh::walk_single::Stack;
 use crate::bvh::walk_stream::{CHUNK, Stream};
 use crate::lanes::{F32x8, LANES, Mask8};
 use std::cell::RefCell;
@@ -28,8 +28,8 @@ pub enum RayKind {
 pub enum Walk {
     /// One ray after the other.
     Single,
-    /// Eight rays together; nodes that no more than this many rays enter are left to one-ray walks.
-    Packet(u32),
+    /// Eight rays together.
+    Packet,
     /// Many single rays in flight.
     Stream,
     /// Eight rays together through a list of all leaves; trees too big for a list are walked by packets.
@@ -52,17 +52,6 @@ impl Scratch {
     }
 }
 
-/// What walks count.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WalkCounters {
-    /// Rays asked about.
-    pub rays: u64,
-    /// Rays that took part in the steps (nodes, leaves) of packet walks.
-    pub lanes_used: u64,
-    /// Rays that could have: eight times the steps.
-    pub lanes_possible: u64,
-}
-
 /// Up to this many scattered rays are followed one after the other.
 const FEW: usize = 4;
 /// Rays by which it is found out whether packets stay together.
@@ -82,7 +71,7 @@ impl Bvh {
     pub fn intersect(&self, rays: &RayPacket, active: Mask8) -> HitPacket {
         SCRATCH.with_borrow_mut(|scratch| {
             scratch.reserve(self);
-            self.packet_closest(rays, active, 0, scratch, &mut WalkCounters::default())
+            walk_packet::closest(self.walk_tables(), rays, active, &mut scratch.packet, &mut WalkCounters::default())
         })
     }
 
@@ -90,7 +79,7 @@ impl Bvh {
     pub fn occluded(&self, rays: &RayPacket, active: Mask8) -> Mask8 {
         SCRATCH.with_borrow_mut(|scratch| {
             scratch.reserve(self);
-            self.packet_any(rays, active, 0, scratch, &mut WalkCounters::default())
+            walk_packet::any(self.walk_tables(), rays, active, &mut scratch.packet, &mut WalkCounters::default())
         })
     }
 
@@ -144,7 +133,7 @@ impl Bvh {
             Walk::Stream if range.len() <= FEW => Walk::Single,
             choice => choice,
         };
-        if first_choice != Walk::Packet(0) || range.len() < 4 * PROBE {
+        if first_choice != Walk::Packet || range.len() < 4 * PROBE {
             return (first_choice, range);
         }
         let mut seen = WalkCounters::default();
@@ -179,7 +168,7 @@ impl Bvh {
     /// The walk that is tried first for rays of `kind` in this tree.
     pub fn first_choice(&self, kind: RayKind) -> Walk {
         match kind {
-            RayKind::Camera | RayKind::Shadow => Walk::Packet(0),
+            RayKind::Camera | RayKind::Shadow => Walk::Packet,
             RayKind::Bounce if self.flat().is_some() => Walk::Flat,
             RayKind::Bounce => Walk::Stream,
         }
@@ -187,15 +176,7 @@ impl Bvh {
 
     /// All walks that this tree can be walked by.
     pub fn walks(&self) -> Vec<Walk> {
-        let all = [
-            Walk::Single,
-            Walk::Packet(0),
-            Walk::Packet(1),
-            Walk::Packet(3),
-            Walk::Packet(8),
-            Walk::Stream,
-            Walk::Flat,
-        ];
+        let all = [Walk::Single, Walk::Packet, Walk::Stream, Walk::Flat];
         all.into_iter().filter(|&walk| walk != Walk::Flat || self.flat().is_some()).collect()
     }
 
@@ -216,21 +197,26 @@ impl Bvh {
             Walk::Single => {
                 let tables = self.walk_tables();
                 for row in range {
-                    let ray = rays.ray(row);
-                    let hit = walk_single::closest(tables, &ray, 0, Hit::none(ray.tmax), &mut scratch.single);
+                    let hit = walk_single::closest(tables, &rays.ray(row), &mut scratch.single);
                     hits.set(row, hit);
                 }
             }
-            Walk::Packet(switch) => {
+            Walk::Packet => {
                 for first in range.clone().step_by(LANES) {
                     let active = Mask8::first((range.end - first).min(LANES));
-                    let hit = self.packet_closest(&rays.packet(first), active, switch, scratch, counters);
+                    let hit = walk_packet::closest(
+                        self.walk_tables(),
+                        &rays.packet(first),
+                        active,
+                        &mut scratch.packet,
+                        counters,
+                    );
                     hits.set_packet(first, &hit);
                 }
             }
             Walk::Flat => {
                 let Some(flat) = self.flat() else {
-                    return self.intersect_by(Walk::Packet(0), rays, range, hits, scratch, counters);
+                    return self.intersect_by(Walk::Packet, rays, range, hits, scratch, counters);
                 };
                 let mut corners = walk_flat::NO_CORNERS;
                 for first in range.clone().step_by(LANES) {
@@ -257,9 +243,8 @@ impl Bvh {
     pub fn intersect_behind(&self, rays: &RayQueue, rows: &[u32], hits: &mut HitQueue, scratch: &mut Scratch) {
         scratch.reserve(self);
         for row in rows.iter().map(|&row| row as usize) {
-            let hit = Hit { t: hits.t[row], triangle: hits.triangle[row], u: hits.u[row], v: hits.v[row] };
-            let next = walk_single::closest_behind(self.walk_tables(), &rays.ray(row), hit, &mut scratch.single);
-            hits.set(row, next);
+            let hit = hits.hit(row);
+            hits.set(row, walk_single::closest_behind(self.walk_tables(), &rays.ray(row), hit, &mut scratch.single));
         }
     }
 
@@ -297,7 +282,7 @@ impl Bvh {
                 Walk::Single => {
                     let tables = self.walk_tables();
                     let is_blocked =
-                        |lane: usize| walk_single::any(tables, &rays.ray(first + lane), 0, &mut scratch.single) as u8;
+                        |lane: usize| walk_single::any(tables, &rays.ray(first + lane), &mut scratch.single) as u8;
                     (0..lanes).map(is_blocked).enumerate().fold(0, |bits, (lane, bit)| bits | bit << lane)
                 }
                 Walk::Flat if self.flat().is_some() => {
@@ -305,9 +290,9 @@ impl Bvh {
                     let (packet, active) = (rays.packet(first), Mask8::first(lanes));
                     walk_flat::any(flat, self.extent(), &packet, active, &mut corners, counters).bits()
                 }
-                Walk::Packet(_) | Walk::Stream | Walk::Flat => {
-                    let switch = if let Walk::Packet(switch) = walk { switch } else { 0 };
-                    self.packet_any(&rays.packet(first), Mask8::first(lanes), switch, scratch, counters).bits()
+                Walk::Packet | Walk::Stream | Walk::Flat => {
+                    let (packet, active) = (rays.packet(first), Mask8::first(lanes));
+                    walk_packet::any(self.walk_tables(), &packet, active, &mut scratch.packet, counters).bits()
                 }
             };
         }
@@ -318,30 +303,6 @@ impl Bvh {
             stream.set_packet(first, &rays.packet(chunk + first), self.extent());
         }
         stream.walk::<ANY>(self.walk_tables(), count);
-    }
-
-    fn packet_closest(
-        &self,
-        rays: &RayPacket,
-        active: Mask8,
-        switch: u32,
-        scratch: &mut Scratch,
-        counters: &mut WalkCounters,
-    ) -> HitPacket {
-        let Scratch { single, packet, .. } = scratch;
-        walk_packet::closest(self.walk_tables(), rays, active, switch, packet, single, counters)
-    }
-
-    fn packet_any(
-        &self,
-        rays: &RayPacket,
-        active: Mask8,
-        switch: u32,
-        scratch: &mut Scratch,
-        counters: &mut WalkCounters,
-    ) -> Mask8 {
-        let Scratch { single, packet, .. } = scratch;
-        walk_packet::any(self.walk_tables(), rays, active, switch, packet, single, counters)
     }
 }
 
@@ -363,23 +324,4 @@ fn guess_kind(rays: &RayQueue, count: usize) -> RayKind {
         }
     }
     if alike * 4 >= looked * 3 { RayKind::Camera } else { RayKind::Bounce }
-}
-
-impl RayQueue {
-    #[inline(always)]
-    fn ray(&self, row: usize) -> walk_single::Ray {
-        walk_single::Ray {
-            origin: [self.ox[row], self.oy[row], self.oz[row]],
-            direction: [self.dx[row], self.dy[row], self.dz[row]],
-            tmin: self.tmin[row],
-            tmax: self.tmax[row],
-        }
-    }
-}
-
-impl HitQueue {
-    #[inline(always)]
-    fn set(&mut self, row: usize, hit: Hit) {
-        (self.t[row], self.triangle[row], self.u[row], self.v[row]) = (hit.t, hit.triangle, hit.u, hit.v);
-    }
 }

@@ -1,9 +1,56 @@
-//! Rays and hits as tables: packets of eight lanes, and queues of any length (one array a field).
+//! Rays and hits: single, packets of eight lanes, and queues of any length (one array a field); what walks count.
 
-use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
 /// The triangle id of a ray that hits nothing.
 pub const NO_HIT: u32 = u32::MAX;
+
+/// What walks count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WalkCounters {
+    /// Rays asked about.
+    pub rays: u64,
+    /// Rays that took part in the steps (nodes, leaves) of packet walks.
+    pub lanes_used: u64,
+    /// Rays that could have: eight times the steps.
+    pub lanes_possible: u64,
+}
+
+/// A ray as the one-ray walks take it.
+#[derive(Clone, Copy)]
+pub(super) struct Ray {
+    pub(super) origin: [f32; 3],
+    pub(super) direction: [f32; 3],
+    pub(super) tmin: f32,
+    pub(super) tmax: f32,
+}
+
+impl Ray {
+    /// Whether it is made of numbers, as [`RayPacket::finite`] has it.
+    #[inline(always)]
+    pub(super) fn is_finite(&self) -> bool {
+        let [[ox, oy, oz], [dx, dy, dz]] = [self.origin, self.direction];
+        let nothing = ((ox * 0.0 + oy * 0.0) + (oz * 0.0 + dx * 0.0)) + (dy * 0.0 + dz * 0.0);
+        nothing == 0.0 && !self.tmin.is_nan() && !self.tmax.is_nan()
+    }
+}
+
+/// A ray's closest hit.
+#[derive(Clone, Copy)]
+pub(super) struct Hit {
+    pub(super) t: f32,
+    pub(super) triangle: u32,
+    pub(super) u: f32,
+    pub(super) v: f32,
+}
+
+impl Hit {
+    /// Nothing hit up to `tmax`.
+    #[inline(always)]
+    pub(super) fn none(tmax: f32) -> Self {
+        Self { t: tmax, triangle: NO_HIT, u: 0.0, v: 0.0 }
+    }
+}
 
 /// Eight rays. A hit counts if `tmin < t <= tmax`, with `t` in units of the direction's length. A ray that is not made of
 /// numbers (an origin or direction of infinity or NaN, a `tmin` or `tmax` of NaN) hits nothing.
@@ -17,6 +64,34 @@ pub struct RayPacket {
     pub tmin: F32x8,
     /// Where the rays end (inclusive).
     pub tmax: F32x8,
+}
+
+impl RayPacket {
+    /// The rays that are made of numbers. Others hit nothing, in any walk; in a packet they would spoil what is worked out
+    /// for all its rays at once.
+    #[inline(always)]
+    pub(super) fn finite(&self) -> Mask8 {
+        let (o, d) = (self.origin.scale(F32x8::ZERO), self.direction.scale(F32x8::ZERO));
+        let nothing = ((o.x + o.y) + (o.z + d.x)) + (d.y + d.z);
+        nothing.eq(F32x8::ZERO) & self.tmin.eq(self.tmin) & self.tmax.eq(self.tmax)
+    }
+
+    /// Eight rays of which the idle ones are copies of a live one and hit nothing.
+    #[inline(always)]
+    pub(super) fn without_garbage(&self, active: Mask8) -> RayPacket {
+        if active.all() {
+            return *self;
+        }
+        let first = active.bits().trailing_zeros() as usize & 7;
+        let copy = |values: F32x8| active.select(values, F32x8::splat(values.to_array()[first]));
+        let copy3 = |v: Vec3x8| Vec3x8::new(copy(v.x), copy(v.y), copy(v.z));
+        RayPacket {
+            origin: copy3(self.origin),
+            direction: copy3(self.direction),
+            tmin: active.select(self.tmin, F32x8::splat(f32::INFINITY)),
+            tmax: active.select(self.tmax, F32x8::splat(f32::NEG_INFINITY)),
+        }
+    }
 }
 
 /// Eight closest hits. A hit is `P = (1-u-v) v0 + u v1 + v v2`. Where nothing is hit: `triangle` is [`NO_HIT`], `t` is the
@@ -104,6 +179,17 @@ impl RayQueue {
         self.len() == 0
     }
 
+    /// The ray of one row.
+    #[inline(always)]
+    pub(super) fn ray(&self, row: usize) -> Ray {
+        Ray {
+            origin: [self.ox[row], self.oy[row], self.oz[row]],
+            direction: [self.dx[row], self.dy[row], self.dz[row]],
+            tmin: self.tmin[row],
+            tmax: self.tmax[row],
+        }
+    }
+
     /// Rays `first .. first + 8`.
     #[inline(always)]
     pub fn packet(&self, first: usize) -> RayPacket {
@@ -118,6 +204,18 @@ impl RayQueue {
 }
 
 impl HitQueue {
+    /// The hit of one row.
+    #[inline(always)]
+    pub(super) fn hit(&self, row: usize) -> Hit {
+        Hit { t: self.t[row], triangle: self.triangle[row], u: self.u[row], v: self.v[row] }
+    }
+
+    /// The hit of one row becomes `hit`.
+    #[inline(always)]
+    pub(super) fn set(&mut self, row: usize, hit: Hit) {
+        (self.t[row], self.triangle[row], self.u[row], self.v[row]) = (hit.t, hit.triangle, hit.u, hit.v);
+    }
+
     /// Hits `first .. first + 8` become those of `packet`.
     #[inline(always)]
     pub fn set_packet(&mut self, first: usize, packet: &HitPacket) {

@@ -30,7 +30,6 @@
 
 use crate::bvh::node::LeafBlock;
 use crate::bvh::ray::{HitPacket, NO_HIT};
-use crate::bvh::walk_single::Hit;
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 
 /// What the test knows of a ray and a triangle before it divides.
@@ -206,21 +205,5 @@ impl Best {
     #[inline(always)]
     pub(super) fn hits(&self) -> HitPacket {
         HitPacket { t: self.t, triangle: self.triangle, u: self.v / self.det, v: self.w / self.det }
-    }
-
-    /// The hit of one lane.
-    pub(super) fn lane(&self, lane: usize) -> Hit {
-        let HitPacket { t, triangle, u, v } = self.hits();
-        Hit { t: t.to_array()[lane], triangle: triangle.to_array()[lane], u: u.to_array()[lane], v: v.to_array()[lane] }
-    }
-
-    /// One lane's hit becomes `hit`; it divides by 1 what is divided already.
-    pub(super) fn set_lane(&mut self, lane: usize, hit: Hit) {
-        let own = Mask8::from_bits(1 << lane);
-        self.t = own.select(F32x8::splat(hit.t), self.t);
-        self.triangle = own.select_u32(U32x8::splat(hit.triangle), self.triangle);
-        self.v = own.select(F32x8::splat(hit.u), self.v);
-        self.w = own.select(F32x8::splat(hit.v), self.w);
-        self.det = own.select(F32x8::ONE, self.det);
     }
 }

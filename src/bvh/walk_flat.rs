@@ -8,11 +8,9 @@
 //! - triangles come by descending id, so that on equal `t` the later one is right;
 //! - whether a triangle is hit is not asked by a branch, which would be mispredicted half the time (17 to 25 %).
 
-use crate::bvh::WalkCounters;
 use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use crate::bvh::ray::{HitPacket, RayPacket};
+use crate::bvh::ray::{HitPacket, RayPacket, WalkCounters};
 use crate::bvh::triangle::{Best, dominant_axis8, edges, sheared};
-use crate::bvh::walk_packet::{finite, without_garbage};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// The most corners in a leaf.
@@ -245,11 +243,11 @@ pub(super) fn closest(
     counters: &mut WalkCounters,
 ) -> HitPacket {
     let mut best = Best::none(given.tmax);
-    let active = active & finite(given);
+    let active = active & given.finite();
     if !active.any() {
         return best.hits();
     }
-    let packet = without_garbage(given, active);
+    let packet = given.without_garbage(active);
     let rays = Rays::new(&packet, extent);
     best.t = packet.tmax;
     for leaf in &flat.leaves {
@@ -278,11 +276,11 @@ pub(super) fn any(
     corners: &mut Corners,
     counters: &mut WalkCounters,
 ) -> Mask8 {
-    let active = active & finite(given);
+    let active = active & given.finite();
     if !active.any() {
         return Mask8::NONE;
     }
-    let packet = without_garbage(given, active);
+    let packet = given.without_garbage(active);
     let rays = Rays::new(&packet, extent);
     let best_wide = packet.tmax * F32x8::splat(WIDENING);
     let mut open = active;

@@ -1,56 +1,11 @@
 //! One ray at a time: eight boxes, eight triangles at once.
 
 use crate::bvh::boxes::{OneRayBoxes, WIDENING};
-use crate::bvh::node::{LeafBlock, Node, block_of, is_leaf};
-use crate::bvh::ray::NO_HIT;
+use crate::bvh::node::{LeafBlock, Tables, block_of, is_leaf};
+use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::sort::sort_children;
 use crate::bvh::triangle::OneRay;
 use crate::lanes::{F32x8, LANES, U32x8};
-
-/// A ray as the one-ray walks take it.
-#[derive(Clone, Copy)]
-pub(super) struct Ray {
-    pub(super) origin: [f32; 3],
-    pub(super) direction: [f32; 3],
-    pub(super) tmin: f32,
-    pub(super) tmax: f32,
-}
-
-impl Ray {
-    /// Whether it is made of numbers, as [`crate::bvh::walk_packet::finite`] has it.
-    #[inline(always)]
-    fn is_finite(&self) -> bool {
-        let [[ox, oy, oz], [dx, dy, dz]] = [self.origin, self.direction];
-        let nothing = ((ox * 0.0 + oy * 0.0) + (oz * 0.0 + dx * 0.0)) + (dy * 0.0 + dz * 0.0);
-        nothing == 0.0 && !self.tmin.is_nan() && !self.tmax.is_nan()
-    }
-}
-
-/// A ray's closest hit.
-#[derive(Clone, Copy)]
-pub(super) struct Hit {
-    pub(super) t: f32,
-    pub(super) triangle: u32,
-    pub(super) u: f32,
-    pub(super) v: f32,
-}
-
-impl Hit {
-    /// Nothing hit up to `tmax`.
-    #[inline(always)]
-    pub(super) fn none(tmax: f32) -> Self {
-        Self { t: tmax, triangle: NO_HIT, u: 0.0, v: 0.0 }
-    }
-}
-
-/// The tables a walk reads.
-#[derive(Clone, Copy)]
-pub(super) struct Tables<'a> {
-    pub(super) nodes: &'a [Node],
-    pub(super) leaves: &'a [LeafBlock],
-    /// The largest |coordinate|.
-    pub(super) extent: f32,
-}
 
 /// Nodes and leaves still to be visited, with their distances.
 #[derive(Clone, Debug, Default)]
@@ -95,21 +50,21 @@ fn closest_in_block(ray: &OneRay, block: &LeafBlock, tmin: f32, behind: Option<u
     changed
 }
 
-/// The closest hit of `ray`, below the node or leaf `root` and closer than `best`.
+/// The closest hit of `ray`.
 #[inline(always)]
-pub(super) fn closest(tables: Tables, ray: &Ray, root: u32, best: Hit, stack: &mut Stack) -> Hit {
-    closest_of(tables, ray, None, root, best, stack)
+pub(super) fn closest(tables: Tables, ray: &Ray, stack: &mut Stack) -> Hit {
+    closest_of(tables, ray, None, stack)
 }
 
 /// The first hit of `ray` behind `hit`, in the order of `t` and, on equal `t`, of ids.
 pub(super) fn closest_behind(tables: Tables, ray: &Ray, hit: Hit, stack: &mut Stack) -> Hit {
-    let rest = Ray { tmin: hit.t, ..*ray };
-    closest_of(tables, &rest, Some(hit.triangle), 0, Hit::none(ray.tmax), stack)
+    closest_of(tables, &Ray { tmin: hit.t, ..*ray }, Some(hit.triangle), stack)
 }
 
 /// [`closest`], also at `ray.tmin` itself among the ids above `behind`.
 #[inline(always)]
-fn closest_of(tables: Tables, ray: &Ray, behind: Option<u32>, root: u32, mut best: Hit, stack: &mut Stack) -> Hit {
+fn closest_of(tables: Tables, ray: &Ray, behind: Option<u32>, stack: &mut Stack) -> Hit {
+    let mut best = Hit::none(ray.tmax);
     if !ray.is_finite() {
         return best;
     }
@@ -118,7 +73,7 @@ fn closest_of(tables: Tables, ray: &Ray, behind: Option<u32>, root: u32, mut bes
     let (words, near) = (&mut stack.words[..], &mut stack.near[..]);
     let mut best_wide = best.t * WIDENING;
     let mut top = 0;
-    let mut next = root;
+    let mut next = 0;
     loop {
         if is_leaf(next) {
             if closest_in_block(&triangles, &tables.leaves[block_of(next)], ray.tmin, behind, &mut best) {
@@ -145,9 +100,9 @@ fn closest_of(tables: Tables, ray: &Ray, behind: Option<u32>, root: u32, mut bes
     }
 }
 
-/// Whether `ray` hits anything below the node or leaf `root`.
+/// Whether `ray` hits anything.
 #[inline(always)]
-pub(super) fn any(tables: Tables, ray: &Ray, root: u32, stack: &mut Stack) -> bool {
+pub(super) fn any(tables: Tables, ray: &Ray, stack: &mut Stack) -> bool {
     if !ray.is_finite() {
         return false;
     }
@@ -157,7 +112,7 @@ pub(super) fn any(tables: Tables, ray: &Ray, root: u32, stack: &mut Stack) -> bo
     let best_wide = F32x8::splat(ray.tmax * WIDENING);
     let words = &mut stack.words[..];
     let mut top = 0;
-    let mut next = root;
+    let mut next = 0;
     loop {
         if is_leaf(next) {
             let edges = triangles.edges(&tables.leaves[block_of(next)]);

@@ -6,13 +6,11 @@
 //! stack is a sentinel that is never culled, so popping does not ask whether there is anything left.
 
 use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use crate::bvh::node::{LEAF_BIT, LeafBlock, Node, block_of};
+use crate::bvh::node::{LEAF_BIT, LeafBlock, Node, Tables, block_of};
 use crate::bvh::prefetch::prefetch;
 use crate::bvh::ray::{HitPacket, NO_HIT, RayPacket};
 use crate::bvh::sort::sort_children;
 use crate::bvh::triangle::{PERMUTATION, dominant_axis8, edges, sheared};
-use crate::bvh::walk_packet::finite;
-use crate::bvh::walk_single::Tables;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Rays in flight: 16 to 32 measured alike, 8 and 64 lose.
@@ -123,7 +121,7 @@ impl Stream {
         (pick(d.z, d.x, d.y) / dz).store(&mut rays.shear_y, first);
         (F32x8::ONE / dz).store(&mut rays.shear_z, first);
         // Beyond infinity nothing is hit, and no box entered.
-        finite(packet).select(packet.tmin, F32x8::splat(f32::INFINITY)).store(&mut rays.tmin, first);
+        packet.finite().select(packet.tmin, F32x8::splat(f32::INFINITY)).store(&mut rays.tmin, first);
         let kz = is_x.select_u32(U32x8::ZERO, is_y.select_u32(U32x8::splat(1), U32x8::splat(2)));
         kz.store(&mut rays.kz, first);
         packet.tmax.store(&mut rays.t, first);

@@ -83,7 +83,7 @@ fn surface(setup: &Setup, plan: &Plan, kind: MaterialKind) -> String {
 fn walks(setup: &Setup) -> String {
     let word = |kind: RayKind| match setup.scene.bvh.first_choice(kind) {
         Walk::Single => "one by one",
-        Walk::Packet(_) => "packets (streams where they part)",
+        Walk::Packet => "packets (streams where they part)",
         Walk::Stream => "streams",
         Walk::Flat => "packets through a list",
     };

@@ -110,7 +110,7 @@ impl<'a> Finder<'a> {
         let Finder::Engine(bvh, _) = self else { return None };
         let word = |kind: RayKind| match bvh.first_choice(kind) {
             Walk::Single => "one ray",
-            Walk::Packet(_) => "packet",
+            Walk::Packet => "packet",
             Walk::Stream => "stream",
             Walk::Flat => "list",
         };
