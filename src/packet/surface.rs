@@ -17,7 +17,7 @@ pub const HALF_ULP: f32 = 1.0 / 16_777_216.0;
 pub const OFFSET_HALF_ULPS: f32 = 8.0;
 
 /// Shading normals are bent towards the viewers until they make at least this cosine with the rays (or, nearly along the
-/// surfaces, the true normals').
+/// surfaces, the geometric normals').
 pub const LEAST_FACING: f32 = 0.01;
 
 /// Eight points on surfaces.
@@ -26,13 +26,13 @@ pub struct SurfacePoints {
     pub position: Vec3x8,
     /// Unit normals of the triangles, on the sides the rays came from: they decide what lies above the surfaces.
     pub geometric_normal: Vec3x8,
-    /// Unit normals to shade with, less than 90 degrees from the true ones.
+    /// Unit normals to shade with, less than 90 degrees from the geometric ones.
     pub normal: Vec3x8,
     /// Texture coordinates, where `DETAIL` says there can be textures.
     pub uv: [F32x8; 2],
     /// The rays hit fronts.
     pub front: Mask8,
-    /// Where rays that leave on the sides of the true normals start.
+    /// Where rays that leave on the sides of the geometric normals start.
     pub origin: Vec3x8,
     /// Where rays that leave on the other sides start.
     pub origin_behind: Vec3x8,
@@ -125,14 +125,14 @@ impl SurfacePoints {
         cosine.lt(least).select_vec3(bent, direction)
     }
 
-    /// Lanes whose direction lies on the side of the true surface that the shading normal meant. The others would leak.
+    /// Lanes whose direction lies on the side of the triangle that the shading normal meant. The others would leak.
     #[inline(always)]
     pub fn in_consistent_hemisphere(&self, direction: Vec3x8) -> Mask8 {
         let zero = F32x8::ZERO;
         !(direction.dot(self.geometric_normal).gt(zero) ^ direction.dot(self.normal).gt(zero))
     }
 
-    /// Directions of delta lobes; those on the wrong side of the true surface become their mirror images in it.
+    /// Directions of delta lobes; those on the wrong side of the triangle become their mirror images in it.
     #[inline(always)]
     pub fn to_consistent_hemisphere(&self, direction: Vec3x8) -> Vec3x8 {
         let depth = direction.dot(self.geometric_normal);

@@ -20,7 +20,7 @@ pub const HALF_ULP: Real = Real::EPSILON * 0.5;
 pub const OFFSET_HALF_ULPS: Real = 8.0;
 
 /// Shading normals are bent towards the viewer until they make at least this cosine with the ray (or, nearly along the
-/// surface, the true normal's).
+/// surface, the geometric normal's).
 pub const LEAST_FACING: Real = 0.01;
 
 /// A point on a surface.
@@ -29,13 +29,13 @@ pub struct SurfacePoint {
     pub position: Vec3,
     /// Unit normal of the triangle, on the side the ray came from: it decides what lies above the surface.
     pub geometric_normal: Vec3,
-    /// Unit normal to shade with, less than 90 degrees from the true one.
+    /// Unit normal to shade with, less than 90 degrees from the geometric one.
     pub normal: Vec3,
     /// Texture coordinates.
     pub uv: [Real; 2],
     /// The ray hit the front.
     pub front: bool,
-    /// Where rays that leave on the side of the true normal start.
+    /// Where rays that leave on the side of the geometric normal start.
     pub origin: Vec3,
     /// Where rays that leave on the other side start.
     pub origin_behind: Vec3,
@@ -75,7 +75,7 @@ impl SurfacePoint {
     /// Gives the point the interpolated normal and, unless its corners lean too far, lifts it onto the smooth surface
     /// that the normals describe, so that the triangle's neighbours throw no facets of shadow on it (Hanika, "Hacking the
     /// Shadow Terminator", Ray Tracing Gems II, chapter 4, 2021). The chapter moves along the corner normals; here
-    /// the point moves as far along the true one, so that it cannot slide through a wall beside it. Rays that leave on
+    /// the point moves as far along the geometric one, so that it cannot slide through a wall beside it. Rays that leave on
     /// the other side see the surface curved the other way.
     fn smooth(&mut self, corners: &CornerRecord, vertices: &[Vec3; 3], n: [Vec3; 3], weights: [Real; 3], away: Vec3) {
         let sum = n[0] * weights[0] + n[1] * weights[1] + n[2] * weights[2];
@@ -120,8 +120,8 @@ impl SurfacePoint {
         direction
     }
 
-    /// `direction`, which the shading normal has led to, on the side of the true surface that was meant: `None` if light
-    /// would leak through. Glass and mirrors, which have no other direction, get its mirror image in the true surface;
+    /// `direction`, which the shading normal has led to, on the side of the triangle that was meant: `None` if light
+    /// would leak through. Glass and mirrors, which have no other direction, get its mirror image in the triangle's plane;
     /// every strategy treats them alike, so all still agree. Directions with a density end, as light samples from
     /// below do: their mirror images have been drawn with another density.
     pub fn to_consistent_hemisphere(&self, direction: Vec3, delta: bool) -> Option<Vec3> {

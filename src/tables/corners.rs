@@ -7,7 +7,7 @@ use crate::scene::desc::{CornerDesc, SceneDesc, TextureUse};
 use crate::tables::textures::placed;
 use crate::tables::triangles::TriangleRecord;
 
-/// Not part of a smooth surface: shaded with the true normal.
+/// Not part of a smooth surface: shaded with the geometric normal.
 pub const FLAT: u32 = 0;
 /// Shaded with interpolated normals, too bent for rays to start off it.
 pub const SMOOTH: u32 = 1;
@@ -26,11 +26,11 @@ pub struct CornerRecord {
     pub smoothness: u32,
 }
 
-/// Normals closer to the true one than this (as the sine of the angle) are the true one, written with few digits: a flat
+/// Normals closer to the geometric one than this (as the sine of the angle) are the geometric one, written with few digits: a flat
 /// surface, which needs no interpolation.
 const FLAT_SINE: f32 = 2e-4;
 
-/// From normals that lean further from the true one than this (as the cosine of the angle, 45 degrees) no ray is lifted.
+/// From normals that lean further from the geometric one than this (as the cosine of the angle, 45 degrees) no ray is lifted.
 /// Such normals lend a box round edges; the smooth surface they describe stands so far off that rays from it could start
 /// behind a neighbouring wall.
 const LIFT_COSINE: f32 = std::f32::consts::FRAC_1_SQRT_2;

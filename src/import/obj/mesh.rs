@@ -60,7 +60,8 @@ pub fn load_obj(path: &Path, warnings: &mut Vec<String>) -> Result<ObjMesh> {
     }
     if clean.bad_normals > 0 {
         let (count, line, file) = (clean.bad_normals, clean.first_bad_normal, path.display());
-        warnings.push(format!("{file}:{line}: {count} vertex normal(s) are zero or not finite: true normals instead"));
+        warnings
+            .push(format!("{file}:{line}: {count} vertex normal(s) are zero or not finite: geometric normals instead"));
     }
     let models = run_tobj(&clean).map_err(|e| match find_bad_number(text) {
         Some((line, message)) => Error::parse(path, Some(line), message),

@@ -1,7 +1,7 @@
 //! How surfaces scatter, about the normal `n` of the side the ray came from: a file a material kind. `wo` and `wi` are local
 //! directions (the normal is +z) back along the ray and to where light comes from.
 //!
-//! A new kind is a file here and a line in [`evaluate`] and [`sample`].
+//! A new kind is a file here and a line in [`evaluate`] and [`sample()`].
 
 use super::{INV_PI, Real, Vec3, sin_cos_turns, vec3, warp};
 
@@ -18,7 +18,7 @@ use sample::{BsdfSample, drawn};
 use warp::{sample_uniform_hemisphere, to_local, uniform_hemisphere_pdf_dir};
 
 /// BSDF times cosine towards the unit world direction `direction` for the unit `incoming` (towards the surface), and the
-/// density with which [`sample`] draws it. Not for delta kinds.
+/// density with which [`sample()`] draws it. Not for delta kinds.
 pub fn evaluate(material: &MaterialRecord, n: Vec3, incoming: Vec3, direction: Vec3) -> (Vec3, Real) {
     let wo = || to_local(-incoming, n);
     match material.kind() {
