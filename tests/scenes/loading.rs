@@ -1,0 +1,10 @@
+//! Scene loading: every rule of the scene format, every fault with its line, and no text that makes it panic.
+
+mod common;
+mod environments;
+mod materials;
+mod meshes;
+mod never_panics;
+mod scene_files;
+mod shipped;
+mod triangulation;
