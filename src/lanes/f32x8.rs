@@ -80,7 +80,7 @@ impl F32x8 {
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         if cfg!(target_arch = "x86_64") {
-            // `minps` is that definition, signed zeros and NaN included (tests/lanes.rs tries every pair).
+            // `minps` is that definition, signed zeros and NaN included (tests/operations/lanes.rs tries every pair).
             Self(self.0.fast_min(other.0))
         } else {
             self.lt(other).select(self, other)

@@ -19,7 +19,7 @@ use crate::sampler::{CAMERA_BLOCK, mix, mix_x8};
 pub const GROUPS: u32 = 4;
 
 /// Rounds of PCG4D for the seeds of shuffles and scrambles, which are made of all their bits: two rounds leave structure
-/// between neighbours in the low ones that tests/sobol.rs sees.
+/// between neighbours in the low ones that tests/operations/sobol.rs sees.
 const ROUNDS: u32 = 3;
 
 /// Columns of the generator matrices: sample numbers have 32 bits, two of which name the group.

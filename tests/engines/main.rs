@@ -1,0 +1,15 @@
+//! The ladder, fourth rung: the packet engine against the scalar reference and both against recorded pictures, bit for
+//! bit, with each feature of scenes that both know.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod camera;
+mod cutouts;
+mod environment;
+mod golden;
+mod light_tree;
+mod paths;
+mod smooth;
+mod solid_angle;
+mod textures;

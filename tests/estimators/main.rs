@@ -1,0 +1,12 @@
+//! The ladder, fifth rung: what the estimators come to, against closed forms and by statistics.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/program.rs"]
+mod program;
+
+mod chi_square;
+mod materials;
+mod stopping;
+mod strategies;
+mod truth;

@@ -1,0 +1,3 @@
+//! The ladder, second rung: kernels on lanes against their scalar twins, bit for bit.
+
+mod twins;

@@ -1,0 +1,375 @@
+//! The program from outside: exit codes, messages, files.
+
+use crate::program::{Place, octray, stderr};
+use octray::image::Image;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const CORNELL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+/// Settings under which a test render takes a moment.
+const SMALL: [&str; 6] = ["--width", "16", "--height", "16", "--spp", "1"];
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Runs the program and demands this exit status, nothing on standard output and `message` on standard error.
+fn refused(arguments: &[&str], status: i32, message: &str) {
+    let output = octray(arguments);
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", stderr(&output));
+    assert!(stderr(&output).contains(message), "{arguments:?} should say `{message}`: {}", stderr(&output));
+    assert_eq!(stdout(&output), "", "{arguments:?}");
+}
+
+impl Place {
+    fn is_empty(&self) -> bool {
+        fs::read_dir(self.0.path()).unwrap().next().is_none()
+    }
+    fn scene(&self, name: &str, text: &str) -> String {
+        fs::write(self.path(name), text).unwrap();
+        self.path(name)
+    }
+}
+
+/// A small render of the Cornell box with `flags`; the picture.
+fn render(place: &Place, name: &str, flags: &[&str]) -> Image {
+    let path = place.path(name);
+    let arguments = [&["render", CORNELL, "-o", &path], &SMALL[..], flags].concat();
+    let output = octray(&arguments);
+    assert!(output.status.success(), "{flags:?}: {}", stderr(&output));
+    Image::read(&path).unwrap()
+}
+
+#[test]
+fn bad_flags_end_with_status_2_and_say_why() {
+    let place = Place::new();
+    let output = place.path("a.png");
+    for (flags, message) in [
+        (&["--spp", "0"][..], "whole number from 1"),
+        (&["--spp", "-3"], "whole number from 1"),
+        (&["--spp", "1.5"], "whole number from 1"),
+        (&["--time", "0"], "seconds above 0"),
+        (&["--time", "nan"], "seconds above 0"),
+        (&["--time", "-1"], "seconds above 0"),
+        (&["--time", "inf"], "seconds above 0"),
+        (&["--target-error", "0"], "an error above 0"),
+        (&["--target-error", "-1%"], "an error above 0"),
+        (&["--exposure", "nan"], "number of stops"),
+        (&["--exposure", "1e9"], "number of stops"),
+        (&["--strategy", "magic"], "known: uniform, bsdf, nee-sum"),
+        (&["--lights", "sun"], "known: uniform, power"),
+        (&["--sampler", "halton"], "known: independent, sobol"),
+        (&["--engine", "gpu"], "known: packet, scalar"),
+        (&["--max-depth", "-1"], "--max-depth"),
+        (&["--rr-depth", "on"], "a depth from 0 on, or `off`"),
+        (&["--seed", "4294967296"], "--seed"),
+        (&["--threads", "0"], "--threads"),
+        (&["--width", "0"], "number of pixels"),
+        (&["--height", "65536"], "number of pixels"),
+        (&["--crop", "1,2,3"], "4 whole numbers"),
+        (&["--crop", "0,0,0,1"], "at least 1"),
+        (&["--crop", "nan,0,1,1"], "4 whole numbers"),
+        (&["--crop", "-1,0,1,1"], "4 whole numbers"),
+        (&["--frobnicate"], "--frobnicate"),
+    ] {
+        refused(&[&["render", CORNELL, "-o", &output], flags].concat(), 2, message);
+    }
+    assert!(place.is_empty());
+}
+
+#[test]
+fn what_comes_later_is_named_as_such() {
+    refused(&["check"], 2, "not in this version yet");
+    let help = stdout(&octray(&["--help"]));
+    assert!(!help.contains("check"), "{help}");
+}
+
+#[test]
+fn bad_commands_and_missing_arguments_are_status_2() {
+    refused(&["rendr"], 2, "rendr");
+    refused(&["render", CORNELL], 2, "--output");
+    refused(&["render", "-o", "a.png"], 2, "SCENE");
+    refused(&["trace", CORNELL, "--pixel", "1,1"], 2, "--sample");
+    assert_eq!(octray(&[]).status.code(), Some(2));
+}
+
+#[test]
+fn help_and_version_go_to_standard_output() {
+    let version = octray(&["--version"]);
+    assert!(version.status.success());
+    assert_eq!(stdout(&version), format!("octray {} {}\n", env!("CARGO_PKG_VERSION"), octray::lanes::simd_level()));
+    let help = stdout(&octray(&["render", "--help"]));
+    for flag in ["--output", "--spp", "--time", "--strategy", "--lights", "--sampler", "--max-depth", "--rr-depth"] {
+        assert!(help.contains(flag), "{flag}");
+    }
+    for flag in ["--seed", "--engine", "--threads", "--width", "--height", "--crop", "--exposure", "--stats", "--quiet"]
+    {
+        assert!(help.contains(flag), "{flag}");
+    }
+}
+
+#[test]
+fn outputs_are_checked_before_anything_is_read() {
+    let place = Place::new();
+    // The scene does not exist: had it been read first, that would be the error.
+    let scene = place.path("none.toml");
+    let refuse = |name: &str, status: i32, message: &str| {
+        refused(&["render", &scene, "-o", &place.path(name)], status, message);
+    };
+    refuse("a.jpg", 2, "unknown image extension `.jpg`");
+    refuse("a", 2, "no extension");
+    refuse("missing/a.png", 1, "does not exist; make it first");
+    let (image, stats) = (place.path("a.png"), place.path("missing/a.json"));
+    refused(&["render", &scene, "-o", &image, "--stats", &stats], 1, "does not exist; make it first");
+    refused(&["render", &scene, "-o", &image, "-o", &image], 2, "named for two outputs");
+    refused(&["render", &scene, "-o", &image, "-o", &place.path("./a.png")], 2, "named for two outputs");
+    refused(&["render", &scene, "-o", &image, "--stats", &image], 2, "named for two outputs");
+    refused(&["render", &scene, "-o", &image, "--stats", &scene], 2, "--stats");
+    refused(&["render", &scene, &image], 2, "images to write are named with -o");
+    refused(&["render", &scene, "-o", &image, &image], 2, "images to write are named with -o");
+    assert!(place.is_empty());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_directory_that_takes_no_files_is_status_1() {
+    // Even root makes no files here.
+    refused(&["render", CORNELL, "-o", "/proc/a.png"], 1, "/proc/a.png: cannot write it");
+}
+
+#[test]
+fn bad_scenes_are_status_2_and_name_the_file() {
+    let place = Place::new();
+    let output = place.path("a.png");
+    let missing = place.path("none.toml");
+    refused(&["render", &missing, "-o", &output], 2, "none.toml: cannot read it");
+    refused(&["info", &missing], 2, "none.toml: cannot read it");
+    let broken = place.scene("broken.toml", "[film]\nwidth = 8\nheigth = 8\n");
+    refused(&["render", &broken, "-o", &output], 2, "broken.toml:3");
+    refused(&["render", "builtin:nonsense", "-o", &output], 2, "nonsense");
+    assert!(!Path::new(&output).exists());
+}
+
+#[test]
+fn crops_and_pixels_outside_the_film_are_status_2() {
+    let place = Place::new();
+    let output = place.path("a.png");
+    for crop in ["16,0,1,1", "0,0,17,1", "0,15,1,2", "4294967295,0,4294967295,1"] {
+        let arguments = [&["render", CORNELL, "-o", &output, "--crop", crop], &SMALL[..]].concat();
+        refused(&arguments, 2, "does not lie in the film of 16 x 16");
+    }
+    let film = ["--width", "16", "--height", "16"];
+    let trace = [&["trace", CORNELL, "--pixel", "16,0", "--sample", "0"], &film[..]].concat();
+    refused(&trace, 2, "does not lie in the film");
+}
+
+#[test]
+fn json_never_replaces_a_scene() {
+    let place = Place::new();
+    let scene = place.scene("a.toml", "precious");
+    refused(&["bench", "--json", &scene], 2, "that is a scene file");
+    refused(&["render", CORNELL, "-o", &place.path("a.png"), "--stats", &scene], 2, "that is a scene file");
+    assert_eq!(fs::read_to_string(scene).unwrap(), "precious");
+}
+
+#[test]
+fn a_render_writes_every_output_and_one_line() {
+    let place = Place::new();
+    let names = ["a.exr", "a.png", "a.hdr", "a.pfm"].map(|name| place.path(name));
+    let stats = place.path("a.json");
+    let outputs = names.iter().flat_map(|name| ["-o", name.as_str()]).collect::<Vec<_>>();
+    let output = octray(&[&["render", CORNELL, "--stats", &stats], &outputs[..], &SMALL].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stdout(&output).lines().count(), 1);
+    assert!(stdout(&output).starts_with("16 x 16, 1 spp, mis-power"), "{}", stdout(&output));
+    assert_eq!(stderr(&output), "", "no bar where there is no terminal");
+    let [exr, _, _, pfm] = names.map(|name| Image::read(name).unwrap());
+    assert_eq!(exr.pixels, pfm.pixels);
+    assert!(exr.pixels.iter().flatten().any(|value| *value > 0.0));
+    for (key, value) in [("strategy", "mis-power"), ("spp", "1"), ("seed", "0")] {
+        assert!(exr.metadata.iter().any(|(k, v)| k == key && v == value), "{key}: {:?}", exr.metadata);
+    }
+    let stats: serde_json::Value = serde_json::from_str(&fs::read_to_string(stats).unwrap()).unwrap();
+    for key in ["scene", "strategy", "lights", "sampler", "engine", "simd", "threads", "width", "height", "spp", "seed"]
+    {
+        assert!(!stats[key].is_null(), "{key}");
+    }
+    for key in ["load_s", "build_s", "render_s", "cpu_s", "mrays_per_s"] {
+        assert!(stats[key].is_f64(), "{key}");
+    }
+    assert_eq!(stats["rays"]["camera"], 256);
+    let stages = stats["stages"].as_array().unwrap();
+    assert!(stages.iter().all(|stage| stage["lanes_used"].as_u64() <= stage["lanes_possible"].as_u64()));
+    assert!(!stages.is_empty() && stages.iter().all(|stage| stage["seconds"].is_f64()));
+    let walks = stages.iter().filter(|stage| stage["walk_lanes_used"].as_u64() > Some(0));
+    assert!(walks.count() >= 1, "packets through the tree count their lanes");
+    assert!(stats["rays"]["bounce"].as_u64() > Some(0) && stats["rays"]["shadow"].as_u64() > Some(0));
+    if cfg!(target_os = "linux") {
+        assert!(stats["peak_rss_bytes"].as_u64() > Some(100_000));
+    }
+    // One sample a pixel says nothing about its error.
+    assert!(stats["relative_error"].is_null() && stats["nonfinite"] == 0);
+}
+
+#[test]
+fn stats_tell_the_error_with_its_standard_error() {
+    let place = Place::new();
+    let stats = place.path("a.json");
+    render(&place, "a.pfm", &["--stats", &stats, "--crop", "2,2,6,5", "--engine", "scalar"]);
+    let read = |path: &str| serde_json::from_str::<serde_json::Value>(&fs::read_to_string(path).unwrap()).unwrap();
+    let one = read(&stats);
+    assert!(one["relative_error"].is_null() && one["stages"].as_array().unwrap().is_empty());
+    assert_eq!(
+        (&one["crop"], &one["width"], &one["engine"]),
+        (&serde_json::json!([2, 2, 6, 5]), &16.into(), &"scalar".into())
+    );
+    let path = place.path("b.exr");
+    let film = ["--width", "16", "--height", "16", "--spp", "8", "--stats", &stats];
+    assert!(octray(&[&["render", CORNELL, "-o", &path], &film[..]].concat()).status.success());
+    let eight = read(&stats);
+    let [error, its_error] = ["relative_error", "relative_error_se"].map(|key| eight[key].as_f64().unwrap());
+    assert!(error > 0.0 && its_error > 0.0 && its_error < error, "{error} {its_error}");
+}
+
+#[test]
+fn quiet_says_nothing_and_other_flags_reach_the_render() {
+    let place = Place::new();
+    let path = place.path("a.pfm");
+    let output = octray(&[&["render", CORNELL, "-o", &path, "--quiet"], &SMALL[..]].concat());
+    assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty());
+    let plain = Image::read(&path).unwrap();
+    assert_eq!(plain, render(&place, "b.pfm", &["--seed", "0", "--strategy", "mis-power", "--threads", "2"]));
+    assert_eq!(plain, render(&place, "b.pfm", &["--engine", "scalar"]));
+    assert_ne!(plain, render(&place, "b.pfm", &["--seed", "1"]));
+    assert_ne!(plain, render(&place, "b.pfm", &["--strategy", "bsdf"]));
+    assert_ne!(plain, render(&place, "b.pfm", &["--max-depth", "1"]));
+    let crop = render(&place, "b.pfm", &["--crop", "3,5,4,2"]);
+    assert_eq!((crop.width, crop.height), (4, 2));
+    assert_eq!((crop.pixel(0, 0), crop.pixel(3, 1)), (plain.pixel(3, 5), plain.pixel(6, 6)));
+}
+
+#[test]
+fn flags_go_over_the_scene_and_the_scene_over_defaults() {
+    let place = Place::new();
+    let scenes = PathBuf::from(CORNELL);
+    let obj = scenes.with_file_name("cornell.obj");
+    let text = fs::read_to_string(CORNELL).unwrap().replace("cornell.obj", &obj.to_string_lossy());
+    let text = text.replace("[render]", "[render]\nstrategy = \"nee\"\nseed = 7\nmax_depth = 3\nrr_depth = \"off\"");
+    let scene = place.scene("a.toml", &text);
+    let settings = |flags: &[&str]| {
+        let (image, stats) = (place.path("a.pfm"), place.path("a.json"));
+        let output = octray(&[&["render", &scene, "-o", &image, "--stats", &stats], &SMALL[..], flags].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let stats: serde_json::Value = serde_json::from_str(&fs::read_to_string(stats).unwrap()).unwrap();
+        ["strategy", "seed", "max_depth", "rr_depth", "lights"].map(|key| stats[key].to_string()).join(" ")
+    };
+    assert_eq!(settings(&[]), "\"nee\" 7 3 null \"tree\"");
+    let flags = ["--strategy", "bsdf", "--seed", "8", "--max-depth", "0", "--rr-depth", "5", "--lights", "power"];
+    assert_eq!(settings(&flags), "\"bsdf\" 8 0 5 \"power\"");
+}
+
+#[test]
+fn time_stops_on_whole_passes_and_equals_the_samples_it_reached() {
+    let place = Place::new();
+    let (image, stats) = (place.path("a.pfm"), place.path("a.json"));
+    let film = ["--width", "16", "--height", "16"];
+    let timed = ["render", CORNELL, "-o", &image, "--time", "0.05", "--stats", &stats];
+    let output = octray(&[&timed, &film[..]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let stats: serde_json::Value = serde_json::from_str(&fs::read_to_string(stats).unwrap()).unwrap();
+    let spp = stats["spp"].to_string();
+    assert!(stats["spp"].as_u64() >= Some(1) && stats["finished"] == true);
+    let same = place.path("b.pfm");
+    assert!(octray(&[&["render", CORNELL, "-o", &same, "--spp", &spp], &film[..]].concat()).status.success());
+    assert_eq!(fs::read(image).unwrap(), fs::read(same).unwrap());
+}
+
+#[test]
+fn a_black_picture_is_written_with_a_warning() {
+    let place = Place::new();
+    let path = place.path("a.png");
+    // Emission alone, of a corner of the box that shows none.
+    let flags = ["--max-depth", "0", "--crop", "0,15,1,1", "--quiet"];
+    let output = octray(&[&["render", CORNELL, "-o", &path], &SMALL[..], &flags].concat());
+    assert!(output.status.success() && Path::new(&path).exists());
+    assert!(stderr(&output).contains("warning: the finished image is all black"), "{}", stderr(&output));
+}
+
+#[test]
+fn info_lists_tables_plan_and_what_is_left_out() {
+    let place = Place::new();
+    let text = octray(&["info", CORNELL]);
+    assert!(text.status.success(), "{}", stderr(&text));
+    for word in ["film", "triangles", "tables", "light records", "plan of mis-power", "left out", "environment"] {
+        assert!(stdout(&text).contains(word), "{word}: {}", stdout(&text));
+    }
+    let printed = octray(&["info", CORNELL, "--strategy", "bsdf", "--json"]);
+    let path = place.path("info.json");
+    assert!(octray(&["info", CORNELL, "--strategy", "bsdf", "--json", &path]).status.success());
+    for json in [stdout(&printed), fs::read_to_string(path).unwrap()] {
+        let info: serde_json::Value = serde_json::from_str(&json).unwrap();
+        assert!(info["features"].is_object() && info["lights"].as_u64() > Some(0), "{json}");
+        assert!(info["triangles"].as_u64() > Some(10) && info["simd"] == octray::lanes::simd_level());
+        assert!(info["tables"].as_array().unwrap().iter().all(|table| table["bytes"].as_u64() > Some(0)));
+        assert!(
+            info["plan"].as_array().unwrap().iter().all(|row| row["stage"].is_string() && row["variant"].is_string())
+        );
+        let left_out = info["left_out"].as_array().unwrap();
+        assert!(left_out.iter().any(|row| row["what"] == "light sampling" && row["why"].is_string()), "{json}");
+    }
+}
+
+#[test]
+fn trace_shows_a_path_on_which_both_engines_agree() {
+    for sample in ["0", "1", "17"] {
+        let output = octray(&["trace", CORNELL, "--pixel", "250,300", "--sample", sample]);
+        assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
+        let text = stdout(&output);
+        assert!(text.contains("both engines agree to the last bit") && !text.contains("<-"), "{text}");
+        for word in ["pixel 250,300 of 512 x 512", "light sample", "shadow contribution", "throughput", "radiance"] {
+            assert!(text.contains(word), "{word}: {text}");
+        }
+    }
+}
+
+#[test]
+fn bench_rows_have_the_contract_keys() {
+    let output = octray(&["bench", CORNELL, "--runs", "1", "--size", "48", "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let rows: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let rows = rows.as_array().unwrap();
+    for row in rows {
+        assert!(row["what"].is_string() && row["engine"].is_string() && row["runs"] == 1, "{row}");
+        assert!(row["mrays_per_s"].is_f64() || row["ns_per_item"].is_f64(), "{row}");
+        assert!(row.get("lanes_used").is_some() && (row["clock"] == "cpu" || row["clock"] == "wall"), "{row}");
+    }
+    for what in ["camera", "shadow", "bounce 1", "bounce 3"].map(|rays| format!("{rays} closest")) {
+        let of = |engine: &str| rows.iter().find(|row| row["what"] == what && row["engine"] == engine).unwrap();
+        let packet = of("packet");
+        assert!(packet["hits"].as_u64() > Some(0) && packet["walk"].is_string(), "{packet}");
+        for engine in ["one ray", "scalar", "obvhs"].map(of) {
+            assert!(engine["mrays_per_s"].as_f64() > Some(0.0), "{engine}");
+            assert!(engine["engine"] == "obvhs" || engine["hits"] == packet["hits"], "{engine}");
+        }
+    }
+    let renders = rows.iter().filter(|row| row["what"] == "render" && row["mpaths_per_s"].as_f64() > Some(0.0));
+    assert_eq!(renders.count(), 2);
+    assert!(rows.iter().any(|row| row["what"] == "intersect_shadow" && row["clock"] == "wall"));
+    let lights = octray::Lights::ALL.iter().map(|lights| format!("light sample ({})", lights.name()));
+    for what in lights.chain(["point by area", "point by solid angle"].map(str::to_owned)) {
+        let of = |engine: &str| rows.iter().find(|row| row["what"] == what && row["engine"] == engine).unwrap();
+        assert!(of("packet")["lanes_used"].as_f64() > Some(0.0) && of("packet")["clock"] == "cpu", "{what}");
+        assert!(["packet", "scalar"].map(of).iter().all(|row| row["ns_per_item"].as_f64() > Some(0.0)), "{what}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_reader_that_goes_away_is_no_error() {
+    use std::process::Stdio;
+    let mut child =
+        Command::new(env!("CARGO_BIN_EXE_octray")).args(["info", CORNELL]).stdout(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+}

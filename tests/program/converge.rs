@@ -1,0 +1,255 @@
+//! `octray converge` from outside: what it finds on scenes whose answers are known, and what it writes.
+
+use crate::program::{Place, octray, stderr};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use scraper::{Html, Selector};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+const CORNELL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+const FURNACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/furnace.toml");
+const LIGHTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/lecture_lights.toml");
+
+impl Place {
+    /// Measures `scene` with `flags`; what `converge.json` says.
+    fn converge(&self, scene: &str, flags: &[&str]) -> Value {
+        let out = self.path("report");
+        let output = octray(&[&["converge", scene, "--out", &out], flags].concat());
+        assert!(output.status.success(), "{flags:?}: {}", stderr(&output));
+        serde_json::from_str(&self.read("converge.json")).unwrap()
+    }
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(Path::new(&self.path("report")).join(name)).unwrap()
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// The findings by strategy.
+fn finding<'a>(json: &'a Value, strategy: &str) -> &'a Value {
+    let configurations = json["configurations"].as_array().unwrap();
+    let index = configurations.iter().position(|c| c["strategy"] == strategy).unwrap();
+    json["findings"].as_array().unwrap().iter().find(|f| f["configuration"] == index && f["case"] == 0).unwrap()
+}
+
+const SMALL: [&str; 12] = [
+    "--width",
+    "24",
+    "--height",
+    "24",
+    "--spps",
+    "16,1,4,64",
+    "--repeats",
+    "5",
+    "--reference-spp",
+    "8192",
+    "--sampler",
+    "independent",
+];
+
+#[test]
+fn the_lectures_answers_come_out_on_the_cornell_box() {
+    let place = Place::new();
+    let json = place.converge(CORNELL, &SMALL);
+    // Exact strategies: MSE falls as 1 / n. Seven intervals of 95 %, all of which hold with probability 0.7; these seeds are
+    // fixed, and a slope further than 0.15 off would be a fault with any.
+    let exact = ["uniform", "bsdf", "nee-average", "nee", "mis-one-sample", "mis-balance", "mis-power"];
+    for strategy in exact {
+        let found = finding(&json, strategy);
+        assert!(found["biased"] == false && number(&found["bias_z"]).abs() < 5.0, "{strategy}: {}", found["bias_z"]);
+        let slope = number(&found["mse_by_samples"]["law"]["slope"]);
+        assert!((slope + 1.0).abs() < 0.15, "{strategy}: {slope}");
+        assert!(number(&found["efficiency_interval"]["low"]) < number(&found["efficiency"]));
+    }
+    for (strategy, sign) in [("nee-sum", 1.0), ("nee-no-emission", -1.0)] {
+        let found = finding(&json, strategy);
+        assert!(found["biased"] == true && number(&found["bias_z"]) * sign > 5.0, "{strategy}: {}", found["bias_z"]);
+        assert!(found["efficiency"].is_null() && found["law"]["kind"] == "floor");
+        assert!(number(&found["floor"]) > 1e-3, "{strategy} levels off: {}", found["floor"]);
+        // Its error bends to the level, where that of BSDF sampling, of like noise, goes on falling.
+        let slope = |strategy: &str| number(&finding(&json, strategy)["mse_by_samples"]["law"]["slope"]);
+        assert!(slope(strategy) > slope("bsdf") + 0.03, "{strategy}: {} {}", slope(strategy), slope("bsdf"));
+    }
+    // The order of the lecture: averaging helps, 0/1 weights help more.
+    let efficiency = |strategy: &str| number(&finding(&json, strategy)["efficiency"]);
+    assert!(efficiency("bsdf") < efficiency("nee-average") && efficiency("nee-average") < efficiency("nee"));
+
+    let csv = place.read("converge.csv");
+    let mut lines = csv.lines();
+    let head = "strategy,lights,sampler,engine,spp,seed,seconds,cpu_seconds,mse,relmse,bias_z";
+    assert!(lines.next().unwrap().starts_with(head), "{csv}");
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert_eq!((rows.len(), json["runs"].as_array().unwrap().len()), (9 * 4 * 5, 9 * 4 * 5));
+    // Interleaved: all strategies at the first budget, then at the next, then again.
+    let order: Vec<(&str, &str)> = rows.iter().map(|row| (row[0], row[4])).collect();
+    assert_eq!(
+        (order[0], order[8], order[9], order[36]),
+        (("uniform", "1"), ("mis-power", "1"), ("uniform", "4"), ("uniform", "1"))
+    );
+    // No seed twice for one strategy.
+    let seeds: std::collections::HashSet<&str> = rows.iter().filter(|row| row[0] == "nee").map(|row| row[5]).collect();
+    assert_eq!(seeds.len(), 20);
+    // A row is a render anyone can make again.
+    let nee = rows.iter().find(|row| row[0] == "nee" && row[4] == "16").unwrap();
+    let picture = place.path("again.exr");
+    let size = ["--width", "24", "--height", "24", "--sampler", "independent"];
+    let flags = [&size[..], &["--strategy", "nee", "--spp", "16", "--seed", nee[5], "-o", &picture]].concat();
+    assert!(octray(&[&["render", CORNELL], &flags[..]].concat()).status.success());
+    let reference = Path::new(&place.path("report")).join("reference.exr").to_str().unwrap().to_owned();
+    let diff = octray(&["diff", &picture, &reference, "--json"]);
+    let diff: Value = serde_json::from_slice(&diff.stdout).unwrap();
+    for (key, column) in [("mse", 8), ("relmse", 9)] {
+        let (told, found) = (nee[column].parse::<f64>().unwrap(), number(&diff[key]));
+        assert!((told / found - 1.0).abs() < 1e-6, "{key}: {told} {found}");
+    }
+
+    // Called again, the reference is taken from the directory and the runs say the same; other settings want another one.
+    let again = place.converge(CORNELL, &SMALL);
+    let cached = |json: &Value| json["cases"][0]["reference"]["cached"].clone();
+    assert_eq!((cached(&json), cached(&again)), (false.into(), true.into()));
+    let errors =
+        |json: &Value| json["runs"].as_array().unwrap().iter().map(|run| number(&run["mse"])).collect::<Vec<_>>();
+    assert_eq!(errors(&json), errors(&again));
+    let other = place.converge(CORNELL, &[&SMALL[..], &["--max-depth", "2", "--strategies", "nee"]].concat());
+    assert_eq!(cached(&other), false);
+}
+
+#[test]
+fn the_report_is_whole_valid_and_self_contained() {
+    let place = Place::new();
+    let flags = ["--width", "20", "--height", "16", "--spps", "1,4", "--repeats", "2", "--reference-spp", "64"];
+    let more = ["--region", "lamp=6,0,8,4", "--region", "0,8,20,8"];
+    let json = place.converge(LIGHTS, &[&flags[..], &more, &["--only-light", "each"]].concat());
+    assert_eq!(
+        json["cases"].as_array().unwrap().iter().map(|case| case["light"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["all", "blue", "grey"]
+    );
+    assert_eq!(json["findings"].as_array().unwrap().len(), 27);
+    assert_eq!(json["findings"][0]["regions"].as_array().unwrap().len(), 2);
+    let text = place.read("report.html");
+    let page = Html::parse_document(&text);
+    assert!(page.errors.is_empty(), "{:?}", page.errors);
+    let select = |what: &str| {
+        let selector = Selector::parse(what).unwrap();
+        page.select(&selector).map(|element| element.value().clone()).collect::<Vec<_>>()
+    };
+    // Every picture is in the page, and is one: a render and a heatmap of each configuration and light.
+    let pictures = select("img");
+    assert_eq!(pictures.len(), 2 * 27);
+    for picture in &pictures {
+        let data = picture.attr("src").unwrap().strip_prefix("data:image/png;base64,").unwrap();
+        let decoded = image::load_from_memory(&STANDARD.decode(data).unwrap()).unwrap();
+        assert_eq!((decoded.width(), decoded.height()), (20, 16));
+        assert!(!picture.attr("alt").unwrap().is_empty());
+    }
+    // Nothing is fetched, nothing runs.
+    for (what, attribute) in [("[src]", "src"), ("[href]", "href"), ("[data]", "data"), ("[srcset]", "srcset")] {
+        for element in select(what) {
+            let target = element.attr(attribute).unwrap();
+            assert!(target.starts_with("data:") || target.starts_with('#'), "{target}");
+        }
+    }
+    for what in ["script", "link", "iframe", "object", "embed", "base", "meta[http-equiv]"] {
+        assert!(select(what).is_empty(), "{what}");
+    }
+    assert!(!text.contains("@import") && !text.contains("url("), "styles fetch nothing");
+    let events = Selector::parse("*").unwrap();
+    assert!(page.select(&events).all(|element| element.value().attrs().all(|(name, _)| !name.starts_with("on"))));
+    // Two plots a light, each for a desk and for a phone; every strategy is named in each.
+    assert_eq!(select("svg").len(), 3 * 4);
+    for what in ["title", "h1", "h2", "table", "pre", "ul"] {
+        assert!(!select(what).is_empty(), "{what}");
+    }
+    assert!(text.contains("prefers-color-scheme:dark") && text.contains("octray converge "), "dark too; the command");
+    assert!(!text.contains("NaN") && !text.contains("inf "), "no figure is missing");
+    for name in ["error-against-samples", "error-against-seconds-blue", "error-against-samples-grey"] {
+        let svg = place.read(&format!("{name}.svg"));
+        let tree = roxmltree::Document::parse(&svg).unwrap();
+        let named =
+            |strategy: &str| tree.descendants().any(|node| node.text().is_some_and(|text| text.contains(strategy)));
+        assert!(["uniform", "nee-average", "mis-power"].into_iter().all(named), "{name}");
+    }
+    assert!(Path::new(&place.path("report")).join("mis-balance-grey-error.png").exists());
+}
+
+#[test]
+fn a_closed_form_needs_no_reference() {
+    let place = Place::new();
+    let flags =
+        ["--width", "16", "--height", "16", "--strategies", "bsdf,nee,nee-sum", "--spps", "4,16", "--repeats", "3"];
+    let json = place.converge(FURNACE, &flags);
+    assert_eq!(json["cases"][0]["reference"]["kind"], "closed_form");
+    assert_eq!(json["cases"][0]["mean"], serde_json::json!([1.0, 1.0, 1.0]));
+    assert!(!Path::new(&place.path("report")).join("reference.exr").exists());
+    assert!(finding(&json, "nee-sum")["biased"] == true && finding(&json, "nee")["biased"] == false);
+    // Other pictures serve as well, and are told by their path; a wrong one makes every strategy look biased.
+    let wrong = place.path("wrong.pfm");
+    let mut bytes = b"PF\n16 16\n-1.0\n".to_vec();
+    (0..3 * 256).for_each(|_| bytes.extend(0.5f32.to_le_bytes()));
+    fs::write(&wrong, bytes).unwrap();
+    let json = place.converge(FURNACE, &[&flags[..], &["--reference", &wrong]].concat());
+    assert!(json["cases"][0]["reference"]["path"].as_str().unwrap().ends_with("wrong.pfm"));
+    assert!(["bsdf", "nee"].iter().all(|strategy| finding(&json, strategy)["biased"] == true));
+    assert!(place.read("report.html").contains("It should have none"));
+}
+
+#[test]
+fn times_and_lists_are_budgets_and_configurations() {
+    let place = Place::new();
+    let film = ["--width", "16", "--height", "16", "--strategies", "nee", "--repeats", "2"];
+    let lists = ["--times", "0.02,0.01", "--lights", "power,uniform", "--engine", "all", "--threads", "1"];
+    let json = place.converge(CORNELL, &[&film[..], &lists].concat());
+    assert_eq!(json["budgets"], serde_json::json!([{ "seconds": 0.01 }, { "seconds": 0.02 }]));
+    let names: Vec<String> =
+        json["configurations"].as_array().unwrap().iter().map(|c| format!("{} {}", c["lights"], c["engine"])).collect();
+    assert_eq!(names.len(), 4);
+    assert!(names.contains(&"\"power\" \"scalar\"".to_owned()), "{names:?}");
+    assert!(place.read("report.html").contains("nee power scalar"));
+    assert_eq!(place.read("converge.csv").lines().count(), 1 + 2 * 2 * 4);
+}
+
+#[test]
+fn bad_flags_are_one_error_before_any_work() {
+    let place = Place::new();
+    let out = place.path("report");
+    let refused = |flags: &[&str], status: i32, message: &str| {
+        let output = octray(&[&["converge", CORNELL, "--out", &out], flags].concat());
+        assert_eq!(output.status.code(), Some(status), "{flags:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(message), "{flags:?} should say `{message}`: {}", stderr(&output));
+        assert!(output.stdout.is_empty() && !Path::new(&out).join("report.html").exists());
+    };
+    refused(&["--strategies", "nee,magic"], 2, "known: uniform, bsdf, nee-sum");
+    refused(&["--lights", "sun"], 2, "known: uniform, power");
+    refused(&["--sampler", ""], 2, "known: independent");
+    refused(&["--engine", "gpu"], 2, "known: packet, scalar");
+    refused(&["--spps", "1,0"], 2, "whole number from 1");
+    refused(&["--times", "0"], 2, "seconds above 0");
+    refused(&["--times", "1", "--spps", "4"], 2, "cannot be used with");
+    refused(&["--repeats", "0"], 2, "--repeats");
+    refused(&["--region", "250,0,10,10"], 2, "--region 250,0,10,10: crop 250,0,10,10 does not lie in the film");
+    refused(&["--region", "a=1,2"], 2, "4 whole numbers");
+    refused(&["--only-light", "sun"], 2, "no material of that name shines");
+    refused(&["--reference", &place.path("none.exr")], 2, "none.exr: cannot read it");
+    let picture = place.path("a.pfm");
+    assert!(
+        octray(&["render", CORNELL, "-o", &picture, "--width", "8", "--height", "6", "--spp", "1"]).status.success()
+    );
+    refused(&["--reference", &picture], 2, "it has 8 x 6 pixels and the film 256 x 256");
+    let hole = place.path("hole.pfm");
+    let values = [1.0f32, f32::NAN, 1.0].map(f32::to_le_bytes).concat();
+    fs::write(&hole, [b"PF\n1 1\n-1.0\n", &values[..]].concat()).unwrap();
+    refused(&["--reference", &hole, "--width", "1", "--height", "1"], 2, "the value of pixel 0,0 is (1, NaN, 1)");
+    let missing = octray(&["converge", &place.path("none.toml"), "--out", &out]);
+    assert!(missing.status.code() == Some(2) && stderr(&missing).contains("none.toml: cannot read it"));
+    assert_eq!(octray(&["converge", CORNELL]).status.code(), Some(2));
+    // A file where the directory should be, and one that takes no files: outputs that cannot be written.
+    for taken in [picture.as_str(), "/proc/report"] {
+        let output = octray(&["converge", CORNELL, "--out", taken]);
+        assert_eq!(output.status.code(), Some(1), "{taken}: {}", stderr(&output));
+        assert!(stderr(&output).contains("cannot write it"), "{taken}: {}", stderr(&output));
+    }
+}

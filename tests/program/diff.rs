@@ -1,0 +1,147 @@
+//! `octray diff` from outside: its figures against other people's arithmetic, its messages for bad input.
+
+use crate::program::{Place, octray, stderr};
+use octray::image::Image;
+use octray::report::metrics::compare;
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+impl Place {
+    /// A PFM file, bottom row first as the format has it.
+    fn pfm(&self, name: &str, width: u32, height: u32, value: impl Fn(u32, u32, u32) -> f32) -> String {
+        let mut bytes = format!("PF\n{width} {height}\n-1.0\n").into_bytes();
+        for y in (0..height).rev() {
+            for x in 0..width {
+                (0..3).for_each(|c| bytes.extend(value(x, y, c).to_le_bytes()));
+            }
+        }
+        fs::write(self.path(name), bytes).unwrap();
+        self.path(name)
+    }
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    assert!(output.status.success(), "{}", stderr(output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn near(value: &serde_json::Value, expected: f64) {
+    let found = value.as_f64().unwrap_or_else(|| panic!("{value} where {expected} is expected"));
+    assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{found} and {expected}");
+}
+
+#[test]
+fn the_figures_are_numpys() {
+    let place = Place::new();
+    let reference = |x: u32, y: u32, c: u32| ((x * 3 + y * 5 + c * 7) % 11) as f32 / 4.0;
+    let b = place.pfm("b.pfm", 7, 5, reference);
+    let step = |x: u32, y: u32, c: u32| (((x * 7 + y * 2 + c) % 5) as f32 - 1.0) / 8.0;
+    let a = place.pfm("a.pfm", 7, 5, |x, y, c| reference(x, y, c) + step(x, y, c));
+    let found = json(&octray(&["diff", &a, &b, "--json"]));
+    // numpy 2: y, x, c = np.meshgrid(np.arange(5), np.arange(7), np.arange(3), indexing="ij"), A and B as above in f64:
+    // ((A - B)**2).mean(), ((A - B)**2 / (B**2 + 0.01)).mean(), (abs(A - B) / (abs(B) + 0.01)).mean(), A.mean((0, 1)).
+    near(&found["mse"], 0.046875);
+    near(&found["rmse"], 0.046875f64.sqrt());
+    near(&found["relmse"], 0.3534459060699985);
+    near(&found["mape"], 1.3870736638223247);
+    for (key, means) in [
+        ("mean_a", [1.3392857142857142, 1.3607142857142858, 1.3821428571428571]),
+        ("mean_b", [1.2142857142857142, 1.2357142857142858, 1.2571428571428571]),
+    ] {
+        (0..3).for_each(|c| near(&found[key][c], means[c]));
+    }
+    assert!(found["bias_z"].is_null(), "PFM files have no variance layers");
+}
+
+#[test]
+fn variance_layers_give_a_score_and_are_subtracted() {
+    let place = Place::new();
+    let render = |name: &str, seed: &str, strategy: &str| {
+        let path = place.path(name);
+        let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+        let film = ["--width", "32", "--height", "32", "--spp", "64", "--seed", seed, "--strategy", strategy];
+        // Many samples tell their variance better than four groups of them.
+        let sampler = ["--sampler", "independent"];
+        assert!(octray(&[&["render", scene, "-o", &path, "--quiet"], &film[..], &sampler].concat()).status.success());
+        path
+    };
+    let [a, b] = [render("a.exr", "1", "nee"), render("b.exr", "2", "mis-balance")];
+    let found = json(&octray(&["diff", &a, &b, "--json"]));
+    // The definition once more, in another way: whole layers at a time.
+    let [image_a, image_b] = [&a, &b].map(|path| Image::read(path).unwrap());
+    let channel = |pixels: &[[f32; 3]], c: usize| pixels.iter().map(|pixel| pixel[c] as f64).collect::<Vec<_>>();
+    let (mut mse, mut relmse) = (0.0, 0.0);
+    for c in 0..3 {
+        let (a, b) = (channel(&image_a.pixels, c), channel(&image_b.pixels, c));
+        let noise = channel(image_b.variance.as_ref().unwrap(), c);
+        mse += a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() - noise.iter().sum::<f64>();
+        let relative = a.iter().zip(&b).zip(&noise).map(|((a, b), noise)| ((a - b).powi(2) - noise) / (b * b + 0.01));
+        relmse += relative.sum::<f64>();
+    }
+    let close = |key: &str, expected: f64| {
+        let found = found[key].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-9 * expected, "{key}: {found} and {expected}");
+    };
+    close("mse", mse / (3.0 * 1024.0));
+    close("relmse", relmse / (3.0 * 1024.0));
+    assert!(found["mse"].as_f64() < found["mse_raw"].as_f64());
+    // Exact strategies with other seeds: a fixed pair, its score within three standard errors.
+    let z = found["bias_z"].as_f64().unwrap();
+    assert!(z.abs() < 3.0, "{z}");
+    // Direct light counted twice: far outside.
+    let wrong = render("c.exr", "3", "nee-sum");
+    let z = json(&octray(&["diff", &wrong, &b, "--json"]))["bias_z"].as_f64().unwrap();
+    assert!(z > 10.0, "{z}");
+    assert_eq!(compare(&image_a, &image_a).unwrap().mse, 0.0);
+}
+
+#[test]
+fn a_table_and_a_heatmap() {
+    let place = Place::new();
+    let a = place.pfm("a.pfm", 12, 8, |x, _, _| x as f32 / 12.0);
+    let b = place.pfm("b.pfm", 12, 8, |_, _, _| 0.5);
+    let (map, file) = (place.path("map.png"), place.path("diff.json"));
+    let output = octray(&["diff", &a, &b, "--heatmap", &map]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for word in ["mse", "rmse", "relmse", "mape", "mean_a", "mean_b", "bias_z"] {
+        assert!(text.lines().any(|line| line.starts_with(word)), "{word}: {text}");
+    }
+    let picture = Image::read(&map).unwrap();
+    assert!(picture.width > 240 && picture.height == 160, "{} x {}", picture.width, picture.height);
+    assert!(octray(&["diff", &a, &b, "--json", &file]).stdout.is_empty());
+    assert!(serde_json::from_str::<serde_json::Value>(&fs::read_to_string(file).unwrap()).unwrap()["mse"].is_f64());
+}
+
+#[test]
+fn bad_input_is_one_error_with_status_2() {
+    let place = Place::new();
+    let a = place.pfm("a.pfm", 4, 3, |_, _, _| 1.0);
+    let wide = place.pfm("wide.pfm", 3, 4, |_, _, _| 1.0);
+    let hole = place.pfm("hole.pfm", 4, 3, |x, y, _| if (x, y) == (2, 1) { f32::NAN } else { 1.0 });
+    let endless = place.pfm("inf.pfm", 4, 3, |x, y, c| if (x, y, c) == (0, 2, 1) { f32::INFINITY } else { 1.0 });
+    let text = place.path("text.exr");
+    fs::write(&text, "not a picture").unwrap();
+    let none = place.path("none.exr");
+    let refused = |arguments: &[&str], status: i32, message: &str| {
+        let output = octray(&[&["diff"], arguments].concat());
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(message), "{arguments:?}: {}", stderr(&output));
+        assert_eq!((stderr(&output).lines().count(), output.stdout.len()), (1, 0), "{}", stderr(&output));
+    };
+    refused(&[&a, &wide], 2, "a.pfm has 4 x 3 pixels and");
+    refused(&[&a, &hole], 2, "hole.pfm: the value of pixel 2,1 is (NaN, NaN, NaN)");
+    refused(&[&endless, &a], 2, "inf.pfm: the value of pixel 0,2 is (1, inf, 1)");
+    refused(&[&none, &a], 2, "none.exr: cannot read it");
+    refused(&[&a, &text], 2, "text.exr: ");
+    refused(&[&a, &place.path("b.jpg")], 2, "unknown image extension `.jpg`");
+    refused(&[&a, &a, "--heatmap", &place.path("map.exr")], 2, "a heatmap is a PNG");
+    refused(&[&a, &a, "--heatmap", &place.path("none/map.png")], 1, "does not exist");
+    assert_eq!(octray(&["diff", &a]).status.code(), Some(2));
+    assert!(!Path::new(&place.path("map.exr")).exists());
+    // A PNG may be compared, and may not be overwritten by its own heatmap.
+    let png = place.path("a.png");
+    assert!(octray(&["diff", &a, &a, "--heatmap", &png]).status.success());
+    refused(&[&png, &png, "--heatmap", &png], 2, "one of the pictures compared");
+}

@@ -1,0 +1,9 @@
+//! The ladder, top rung: the program and its files, from outside.
+
+#[path = "../common/program.rs"]
+mod program;
+
+mod cli;
+mod converge;
+mod diff;
+mod images;

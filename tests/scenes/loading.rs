@@ -1,0 +1,11 @@
+//! Scene loading: every rule of the scene format, every fault with its line, and no text that makes it panic.
+
+mod common;
+mod descriptions;
+mod environments;
+mod materials;
+mod meshes;
+mod never_panics;
+mod scene_files;
+mod shipped;
+mod triangulation;
