@@ -34,19 +34,19 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`scene`] | what a scene says: descriptions, the gate that checks them, scenes made in code |
-//! | [`import`] | files to [`scene::SceneDesc`] |
-//! | [`tables`] | [`scene::SceneDesc`] to [`PreparedScene`]; the table of material kinds; lights |
-//! | [`bvh`] | tree of eight children a node, and the walks through it; all give the same bits |
-//! | [`strategy`] | one row a strategy: what its samples count |
-//! | [`setup`] | one render, resolved: what both engines are told |
-//! | [`packet`] | the fast engine: SoA queues, stages over eight lanes, the plan |
-//! | [`mod@reference`] | the plain engine: one path at a time, compiled for `f32` and for `f64` |
-//! | [`mod@render`] | threads over tiles, passes over samples; which engine |
-//! | [`sampler`] | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
-//! | [`lanes`], [`math`] | eight `f32`; the exactly rounded operations both engines are made of |
-//! | [`film`], [`image`], [`color`] | sums and checkpoints, image files, the sRGB curve |
-//! | [`api`] | load a scene, prepare it, ask its triangles about rays |
-//! | [`settings`], [`camera`], [`stats`], [`trace`], [`clock`], [`fingerprint`], [`nearest`], [`error`] | what their names say |
+//! | `import` | files to [`scene::SceneDesc`] |
+//! | `tables` | [`scene::SceneDesc`] to `PreparedScene`; the table of material kinds; lights |
+//! | `bvh` | tree of eight children a node, and the walks through it; all give the same bits |
+//! | `strategy` | one row a strategy: what its samples count |
+//! | `setup` | one render, resolved: what both engines are told |
+//! | `packet` | the fast engine: SoA queues, stages over eight lanes, the plan |
+//! | `reference` | the plain engine: one path at a time, compiled for `f32` and for `f64` |
+//! | `render` | threads over tiles, passes over samples; which engine |
+//! | `sampler` | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
+//! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
+//! | `film`, `image`, `color` | sums and checkpoints, image files, the sRGB curve |
+//! | `api` | load a scene, prepare it, ask its triangles about rays |
+//! | `settings`, `camera`, `stats`, `trace`, `clock`, `fingerprint`, `nearest`, `error` | what their names say |
 //! | `report` | error against run time: measured, analysed, written (feature `cli`) |
 //! | `cli` | one file a command (feature `cli`) |
 //!
@@ -54,8 +54,8 @@
 //! {render, api} > {packet, reference} > {import, setup, film, image, camera, stats, trace} > tables > {scene, bvh} >
 //! {settings, strategy, sampler, lanes, math, color, error, clock, fingerprint, nearest}`.
 //!
-//! A material kind is a row in [`tables::materials::TABLE`], a file in `packet/bsdf` and one in `reference/bsdf` (each with
-//! its line in the folder's `mod.rs`), and what files say of it in `import`. A strategy is a row in [`strategy::TABLE`].
+//! A material kind is a row in `tables::materials::TABLE`, a file in `packet/bsdf` and one in `reference/bsdf` (each with
+//! its line in the folder's `mod.rs`), and what files say of it in `import`. A strategy is a row in `strategy::TABLE`.
 //!
 //! # Invariants
 //!
@@ -77,40 +77,29 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
-pub mod api;
-pub mod bvh;
-pub mod camera;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
-pub mod clock;
-pub mod color;
-pub mod error;
-pub mod film;
-pub mod fingerprint;
-pub mod image;
-pub mod import;
-pub mod lanes;
-pub mod math;
-pub mod nearest;
-pub mod packet;
-pub mod reference;
-pub mod render;
+#[doc(hidden)]
+pub mod internal;
 #[cfg(feature = "cli")]
 pub mod report;
-pub mod sampler;
 pub mod scene;
-pub mod settings;
-pub mod setup;
-pub mod stats;
-pub mod strategy;
-pub mod tables;
-pub mod trace;
+
+// Inside the crate a room is named without the house.
+use internal::{
+    api, bvh, camera, clock, color, error, film, fingerprint, image, import, lanes, math, nearest, packet, reference,
+    render, sampler, settings, setup, stats, strategy, tables, trace,
+};
 
 pub use api::Scene;
+pub use bvh::{HitPacket, HitQueue, RayPacket, RayQueue};
 pub use error::{Error, Result};
 pub use film::Film;
-pub use render::{Render, render, render_from, render_with};
+pub use lanes::{F32x8, Mask8, U32x8, Vec3x8, simd_level};
+pub use render::{Progress, Render, render, render_from, render_with};
 pub use settings::{Crop, Engine, Lights, Sampler, Settings};
+pub use stats::{RayCounts, StageStats, Stats};
 pub use strategy::Strategy;
 pub use tables::PreparedScene;
 

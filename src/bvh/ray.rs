@@ -54,6 +54,20 @@ impl Hit {
 
 /// Eight rays. A hit counts if `tmin < t <= tmax`, with `t` in units of the direction's length. A ray that is not made of
 /// numbers (an origin or direction of infinity or NaN, a `tmin` or `tmax` of NaN) hits nothing.
+///
+/// ```
+/// use octray::{F32x8, Mask8, RayPacket, Scene, Vec3x8};
+/// let scene = Scene::load("builtin:heavy:2000")?.prepare()?;
+/// let rays = RayPacket {
+///     origin: Vec3x8::splat([0.5, 50.0, 0.5]),
+///     direction: Vec3x8::splat([0.0, -1.0, 0.0]),
+///     tmin: F32x8::ZERO,
+///     tmax: F32x8::splat(f32::INFINITY),
+/// };
+/// let hits = scene.intersect(&rays, Mask8::ALL);
+/// println!("distances {:?}, triangles {:?}", hits.t.to_array(), hits.triangle.to_array());
+/// # Ok::<(), octray::Error>(())
+/// ```
 #[derive(Clone, Copy, Default)]
 pub struct RayPacket {
     /// Origins, scene units.
@@ -96,6 +110,15 @@ impl RayPacket {
 
 /// Eight closest hits. A hit is `P = (1-u-v) v0 + u v1 + v v2`. Where nothing is hit: `triangle` is [`NO_HIT`], `t` is the
 /// ray's `tmax`, `u` and `v` are 0.
+///
+/// ```
+/// use octray::{Mask8, RayPacket, Scene};
+/// let scene = Scene::load("builtin:heavy:2000")?.prepare()?;
+/// // Idle lanes come back without a hit, whatever they hold.
+/// let hits = scene.intersect(&RayPacket::default(), Mask8::NONE);
+/// assert!(hits.triangle.to_array().iter().all(|&id| id == u32::MAX));
+/// # Ok::<(), octray::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct HitPacket {
     /// Ray parameters of the hits.
@@ -134,6 +157,21 @@ macro_rules! columns {
 columns! {
     /// Rays, one array a field, padded to whole blocks of 8 lanes plus a spare one. How many of them are rays is the
     /// caller's to say: the padding holds harmless rays (origin 0, direction +x, `tmax` infinite) unless overwritten.
+    ///
+    /// ```
+    /// use octray::{HitQueue, RayQueue, Scene};
+    /// let scene = Scene::load("builtin:heavy:2000")?.prepare()?;
+    /// let mut rays = RayQueue::with_len(1000);
+    /// for i in 0..1000 {
+    ///     (rays.ox[i], rays.oy[i], rays.dx[i], rays.dy[i]) = (i as f32 * 0.001, 50.0, 0.0, -1.0);
+    /// }
+    /// let mut hits = HitQueue::default();
+    /// scene.intersect_stream(&rays, &mut hits);
+    /// let mut blocked = Vec::new();
+    /// scene.occluded_stream(&rays, &mut blocked);
+    /// assert_eq!(hits.triangle[7] != u32::MAX, blocked[0] >> 7 & 1 == 1);
+    /// # Ok::<(), octray::Error>(())
+    /// ```
     RayQueue {
         /// Origins, x.
         ox: f32 = 0.0,

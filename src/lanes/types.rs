@@ -16,6 +16,14 @@ pub struct F32x8(pub(super) f32x8);
 pub struct U32x8(pub(super) u32x8);
 
 /// Eight booleans, kept as vectors: every lane is all ones (true) or all zeros (false).
+///
+/// ```
+/// use octray::{F32x8, Mask8};
+/// let lanes = F32x8::from_array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+/// let large = lanes.gt(F32x8::splat(4.5));
+/// assert_eq!((large.bits(), large.count()), (0b1110_0000, 3));
+/// assert!((large & Mask8::first(6)).any());
+/// ```
 #[derive(Clone, Copy, Default)]
 #[repr(transparent)]
 pub struct Mask8(pub(super) f32x8);

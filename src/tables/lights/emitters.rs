@@ -20,7 +20,7 @@ pub struct Emitter {
 }
 
 /// The emitters of a scene, by ascending triangle id; triangles without area are none.
-pub(in crate::tables) fn emitter_table(desc: &SceneDesc, degenerate: &[bool]) -> Vec<Emitter> {
+pub(crate) fn emitter_table(desc: &SceneDesc, degenerate: &[bool]) -> Vec<Emitter> {
     let material = |id: usize| &desc.materials[desc.triangles[id].material as usize];
     let emission = |id: usize| material(id).emission;
     (0..desc.triangles.len())
