@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use crate::clock::Stopwatch;
-use crate::film::{ErrorSums, Film, GroupSums, NonFinite, Pixel, Sums};
+use crate::film::{ErrorSums, Film, GroupSums, NonFinite, Pixel, Place, Sums};
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
 use crate::packet::queues::{Slots, TileState};
@@ -379,6 +379,9 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     let crop = job.setup.crop;
     let mut film = Film::of_sampler(crop, settings.sampler);
     film.spp = spp;
+    let Crop { x, y, width, height } = crop;
+    let whole = (x, y, (width, height)) == (0, 0, job.setup.film);
+    film.place = (!whole).then_some(Place { x, y, film: job.setup.film });
     let mut nonfinite = Vec::new();
     for tile in &job.tiles {
         let tile = tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

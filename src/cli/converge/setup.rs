@@ -160,6 +160,12 @@ pub fn reference_from_file(path: &Path, experiment: &Experiment) -> Result<Refer
             image.height
         )));
     }
+    if image.windows.is_some() {
+        return Err(Error::Usage(format!(
+            "--reference {}: it is a crop, or its pixels lie elsewhere than in the film; render the whole film",
+            path.display()
+        )));
+    }
     metrics::check(&image, &image).map_err(|fault| explain(fault, path, path))?;
     Ok(Reference { image, source: Source::File { path: path.display().to_string() } })
 }
