@@ -4,16 +4,16 @@
 //! memory on both sides. Lane kernels are always inlined; a larger scalar twin is called, as it is in the reference.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use octray::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8, sin_cos_turns as sin_cos_turns_x8};
-use octray::math::sin_cos_turns;
-use octray::packet::lights::sample::sample_lights;
-use octray::packet::surface::{SurfacePoints, surface_points};
-use octray::packet::{mis as mis_x8, warp as warp_x8};
-use octray::reference::single::lights::sample::sample_light;
-use octray::reference::single::surface::{SurfacePoint, surface_point};
-use octray::reference::single::{Vec3, mis, warp};
-use octray::sampler::{random_words, random_words_x8, unit, unit_x8};
-use octray::tables::lights::table::LightTable;
+use octray::internal::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8, sin_cos_turns as sin_cos_turns_x8};
+use octray::internal::math::sin_cos_turns;
+use octray::internal::packet::lights::sample::sample_lights;
+use octray::internal::packet::surface::{SurfacePoints, surface_points};
+use octray::internal::packet::{mis as mis_x8, warp as warp_x8};
+use octray::internal::reference::single::lights::sample::sample_light;
+use octray::internal::reference::single::surface::{SurfacePoint, surface_point};
+use octray::internal::reference::single::{Vec3, mis, warp};
+use octray::internal::sampler::{random_words, random_words_x8, unit, unit_x8};
+use octray::internal::tables::lights::table::LightTable;
 use octray::{Lights, PreparedScene, Scene};
 use std::hint::black_box;
 use std::time::Duration;

@@ -11,7 +11,7 @@ use glam::Vec3A;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
-use octray::bvh::{Bvh, HitQueue, RayKind, Scratch, Walk, WalkCounters};
+use octray::internal::bvh::{Bvh, HitQueue, RayKind, Scratch, Walk, WalkCounters};
 use rays::{Mesh, RaySet, ray_sets, room, spheres};
 use std::hint::black_box;
 use std::time::Duration;

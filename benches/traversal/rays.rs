@@ -1,7 +1,7 @@
 //! Scenes and ray sets for traversal measurements: camera rays, shadow rays of their hits, first and third bounces.
 
-use octray::bvh::ray::NO_HIT;
-use octray::bvh::{Bvh, HitQueue, RayQueue};
+use octray::internal::bvh::ray::NO_HIT;
+use octray::internal::bvh::{Bvh, HitQueue, RayQueue};
 
 /// Triangles in a table, as the BVH takes them.
 pub struct Mesh {

@@ -3,30 +3,24 @@
 use crate::settings::{Crop, Lights, MAX_FILM_SIDE, Sampler, Settings};
 use crate::strategy::Strategy;
 use clap::Args;
+use std::fmt::Display;
 use std::str::FromStr;
 use std::time::Duration;
 
 /// What is estimated, and how.
 #[derive(Args, Default)]
 pub struct EstimatorArgs {
-    /// How direct light is estimated: uniform, bsdf, nee-sum (biased), nee-average, nee-no-emission (biased), nee,
-    /// mis-one-sample, mis-balance, mis-power [default: the scene's, else mis-power]
-    #[arg(long, value_name = "S", value_parser = |text: &str| named::<Strategy>(text, &[]))]
+    #[arg(long, value_name = "S", help = strategy_help(), value_parser = |text: &str| named::<Strategy>(text, &[]))]
     strategy: Option<Strategy>,
-    /// How a light sample chooses its light: uniform, power [default: the scene's, else uniform]
-    #[arg(long, value_name = "L", value_parser = |text: &str| named::<Lights>(text, &[]))]
+    #[arg(long, value_name = "L", help = lights_help(), value_parser = |text: &str| named::<Lights>(text, &[]))]
     lights: Option<Lights>,
-    /// Where sample numbers come from: independent, sobol [default: the scene's, else sobol]
-    #[arg(long, value_name = "S", value_parser = |text: &str| named::<Sampler>(text, &[]))]
+    #[arg(long, value_name = "S", help = sampler_help(), value_parser = |text: &str| named::<Sampler>(text, &[]))]
     sampler: Option<Sampler>,
-    /// Most scattering events of a path; 0 shows emission only [default: the scene's, else unbounded]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", help = max_depth_help(), allow_negative_numbers = true)]
     max_depth: Option<u32>,
-    /// First depth at which Russian roulette may end a path, or `off` [default: the scene's, else 2]
-    #[arg(long, value_name = "D|off", value_parser = rr_depth, allow_negative_numbers = true)]
+    #[arg(long, value_name = "D|off", help = rr_depth_help(), value_parser = rr_depth, allow_negative_numbers = true)]
     rr_depth: Option<RrDepth>,
-    /// Seed of all random numbers [default: the scene's, else 0]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", help = seed_help(), allow_negative_numbers = true)]
     seed: Option<u32>,
 }
 
@@ -59,6 +53,54 @@ impl FilmArgs {
         settings.width = self.width.or(settings.width);
         settings.height = self.height.or(settings.height);
     }
+}
+
+// Help texts name choices and defaults as the settings have them, so that they cannot say anything else. A default is text
+// alone: were it a value of the flag, it would go over what the scene file says.
+
+/// The names of `all`, with commas between them.
+fn names(all: &[impl Display]) -> String {
+    all.iter().map(|choice| choice.to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// What is taken where the flag is not given.
+fn scene_else(default: impl Display) -> String {
+    format!("[default: the scene's, else {default}]")
+}
+
+fn strategy_help() -> String {
+    let name = |strategy: &Strategy| format!("{strategy}{}", if strategy.is_biased() { " (biased)" } else { "" });
+    let all = names(&Strategy::ALL.iter().map(name).collect::<Vec<_>>());
+    format!("How direct light is estimated: {all} {}", scene_else(Settings::default().strategy))
+}
+
+fn lights_help() -> String {
+    format!("How a light sample chooses its light: {} {}", names(Lights::ALL), scene_else(Settings::default().lights))
+}
+
+fn sampler_help() -> String {
+    format!("Where sample numbers come from: {} {}", names(Sampler::ALL), scene_else(Settings::default().sampler))
+}
+
+/// Help of `--max-depth`.
+pub fn max_depth_help() -> String {
+    let default = Settings::default().max_depth.map_or("unbounded".to_owned(), |depth| depth.to_string());
+    format!("Most scattering events of a path; 0 shows emission only {}", scene_else(default))
+}
+
+/// Help of `--rr-depth`.
+pub fn rr_depth_help() -> String {
+    let default = Settings::default().rr_depth.map_or("off".to_owned(), |depth| depth.to_string());
+    format!("First depth at which Russian roulette may end a path, or `off` {}", scene_else(default))
+}
+
+fn seed_help() -> String {
+    format!("Seed of all random numbers {}", scene_else(Settings::default().seed))
+}
+
+/// Help of a flag that takes a [`List`] of the choices in `all`; `default` is taken without it.
+pub fn list_help(what: &str, all: &[impl Display], default: &str) -> String {
+    format!("{what}, with commas between them, or `all`: {} [default: {default}]", names(all))
 }
 
 /// `--rr-depth`: `None` for `off`.

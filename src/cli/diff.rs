@@ -3,7 +3,7 @@
 use crate::cli::output::{JsonArgs, table};
 use crate::cli::warn;
 use crate::error::{Error, Result};
-use crate::image::{Format, Image, check_output_path};
+use crate::image::{Bounds, Format, Image, check_output_path};
 use crate::report::heatmap::{Canvas, Scale};
 use crate::report::metrics::{Fault, Metrics, compare, relative_errors};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 const DEFINITIONS: &str = "\
 Sums run over all pixels and channels, in linear Rec.709. mse: mean of (a-b)^2; relmse: mean of (a-b)^2 / (b^2 + 0.01); \
 mape: mean of |a-b| / (|b| + 0.01); bias_z: difference of the mean values over its standard error, from the variance layers \
-of EXR files. If B has such layers, its noise is subtracted from mse and relmse.";
+of EXR files. If B has such layers, its noise is subtracted from mse and relmse. Of crops in EXR files the pixels that both \
+have are compared.";
 
 /// Flags of `octray diff`.
 #[derive(clap::Args)]
@@ -38,8 +39,13 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
             return Err(Error::Usage(format!("--heatmap {}: that is one of the pictures compared", path.display())));
         }
     }
-    let (a, b) = (Image::read(&args.a)?, Image::read(&args.b)?);
-    let metrics = compare(&a, &b).map_err(|fault| explain(fault, &args.a, &args.b))?;
+    let (mut a, mut b) = (Image::read(&args.a)?, Image::read(&args.b)?);
+    let windows = a.windows.is_some() || b.windows.is_some();
+    let area = if windows { overlap(args, &a, &b)? } else { a.data() };
+    if windows {
+        (a, b) = (a.part(area), b.part(area));
+    }
+    let metrics = compare(&a, &b).map_err(|fault| explain(shifted(fault, area), &args.a, &args.b))?;
     let clipped = |path: &Path| matches!(Format::of(path), Ok(Format::Png));
     for path in [&args.a, &args.b].into_iter().filter(|path| clipped(path)) {
         warn(&format!("{}: a PNG is rounded to 8 bits and cut at white; compare .exr or .pfm files", path.display()));
@@ -48,8 +54,60 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
         let errors = relative_errors(&a, &b);
         Canvas::with_legend(&errors, a.width, Scale::fitting(&errors)).save(path)?;
     }
-    args.json.deliver(&metrics, || text(&metrics))?;
+    let corners = |of: Bounds| [i64::from(of.x), i64::from(of.y), i64::from(of.width), i64::from(of.height)];
+    let found = Found { metrics, compared: corners(area), display_window: corners(a.display()) };
+    args.json.deliver(&found, || {
+        let Bounds { x, y, width, height } = area;
+        let of = a.display();
+        let note = format!(
+            "compared: the {width} x {height} pixels at {x},{y} that both have, of a display window of {} x {}\n",
+            of.width, of.height
+        );
+        if windows { note + &text(&metrics) } else { text(&metrics) }
+    })?;
     Ok(0)
+}
+
+/// What is printed as JSON. Rectangles are x, y, width, height.
+#[derive(serde::Serialize)]
+struct Found {
+    #[serde(flatten)]
+    metrics: Metrics,
+    /// The pixels compared: where both data windows overlap.
+    compared: [i64; 4],
+    /// What both pictures are to show; of renders, the whole film.
+    display_window: [i64; 4],
+}
+
+/// Where the data windows of `a` and `b` overlap, which have one display window.
+fn overlap(args: &DiffArgs, a: &Image, b: &Image) -> Result<Bounds> {
+    let bounds = |of: Bounds| format!("{} x {} at {},{}", of.width, of.height, of.x, of.y);
+    let (name_a, name_b) = (args.a.display(), args.b.display());
+    if a.display() != b.display() {
+        return Err(Error::Usage(format!(
+            "{name_a} has a display window of {} and {name_b} one of {}: only pictures of one film can be compared",
+            bounds(a.display()),
+            bounds(b.display())
+        )));
+    }
+    a.data().overlap(&b.data()).ok_or_else(|| {
+        Error::Usage(format!(
+            "{name_a} holds {} of the film and {name_b} {}: they have no pixel in common",
+            bounds(a.data()),
+            bounds(b.data())
+        ))
+    })
+}
+
+/// `fault` with the pixel as the files count it, where pictures were cut to `area`.
+fn shifted(fault: Fault, area: Bounds) -> Fault {
+    match fault {
+        Fault::Value { in_b, in_variance, x, y, value } => {
+            let (x, y) = (x.wrapping_add_signed(area.x), y.wrapping_add_signed(area.y));
+            Fault::Value { in_b, in_variance, x, y, value }
+        }
+        other => other,
+    }
 }
 
 fn check_heatmap_path(path: &Path) -> Result<()> {

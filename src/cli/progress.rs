@@ -34,7 +34,7 @@ impl Bar {
         }
         let done = fraction(progress, self.time, self.target);
         self.bar.set_position((done * STEPS as f64) as u64);
-        self.bar.set_message(message(progress, done));
+        self.bar.set_message(message(progress, seconds_left(progress, self.time, self.target)));
     }
 
     /// Removes the bar.
@@ -52,10 +52,30 @@ fn fraction(progress: &Progress, time: Option<Duration>, target: Option<f64>) ->
     samples.max(time).max(target).min(1.0)
 }
 
-fn message(progress: &Progress, done: f64) -> String {
-    let mut parts = vec![format!("{:.2} Msamples/s", progress.samples as f64 / progress.seconds.max(1e-9) * 1e-6)];
-    if done > 0.0 {
-        parts.push(format!("{} left", duration(progress.seconds * (1.0 - done) / done)));
+/// Samples a second of this call: those of earlier calls cost it no time.
+fn samples_per_second(progress: &Progress) -> f64 {
+    progress.samples.saturating_sub(progress.resumed) as f64 / progress.seconds.max(1e-9)
+}
+
+/// Seconds to the end that comes first, at the pace of this call; `None` before it has a pace.
+fn seconds_left(progress: &Progress, time: Option<Duration>, target: Option<f64>) -> Option<f64> {
+    let pace = samples_per_second(progress);
+    if pace <= 0.0 {
+        return None;
+    }
+    let samples = progress.samples as f64;
+    let to_samples = |wanted: f64| (wanted - samples).max(0.0) / pace;
+    let to_time = time.map(|time| (time.as_secs_f64() - progress.seconds).max(0.0));
+    let to_target =
+        target.zip(progress.relative_error).map(|(target, error)| to_samples(samples * (error / target).powi(2)));
+    let to_total = to_samples(progress.total as f64);
+    Some([to_time, to_target].into_iter().flatten().fold(to_total, f64::min))
+}
+
+fn message(progress: &Progress, seconds_left: Option<f64>) -> String {
+    let mut parts = vec![format!("{:.2} Msamples/s", samples_per_second(progress) * 1e-6)];
+    if let Some(seconds) = seconds_left {
+        parts.push(format!("{} left", duration(seconds)));
     }
     if let Some(error) = progress.relative_error {
         parts.push(format!("error {:.2} %", error * 100.0));
@@ -78,15 +98,30 @@ mod tests {
 
     #[test]
     fn the_bar_follows_whichever_ends_first() {
-        let progress = Progress { samples: 25, total: 100, seconds: 6.0, relative_error: None };
+        let progress = Progress { samples: 25, resumed: 0, total: 100, seconds: 6.0, relative_error: None };
         assert_eq!(fraction(&progress, None, None), 0.25);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(8)), None), 0.75);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(1)), None), 1.0);
-        assert_eq!(message(&progress, 0.25), "0.00 Msamples/s, 18 s left");
+        assert_eq!(message(&progress, seconds_left(&progress, None, None)), "0.00 Msamples/s, 18 s left");
         let later = Progress { relative_error: Some(0.0312), ..progress };
         assert_eq!(fraction(&Progress { relative_error: Some(0.02), ..progress }, None, Some(0.01)), 0.25);
         assert_eq!(fraction(&later, None, Some(0.05)), 1.0);
-        assert_eq!(message(&later, 0.25), "0.00 Msamples/s, 18 s left, error 3.12 %");
+        assert_eq!(message(&later, seconds_left(&later, None, None)), "0.00 Msamples/s, 18 s left, error 3.12 %");
         assert_eq!([59.0, 61.0, 3700.0].map(duration), ["59 s", "1 min 01 s", "1 h 01 min"]);
+    }
+
+    #[test]
+    fn the_time_left_follows_from_the_samples_of_this_call() {
+        // An earlier call has taken 60; this one 20 in 10 seconds.
+        let progress = Progress { samples: 80, resumed: 60, total: 100, seconds: 10.0, relative_error: Some(0.02) };
+        let left = |time: Option<u64>, target| seconds_left(&progress, time.map(Duration::from_secs), target);
+        assert_eq!(samples_per_second(&progress), 2.0);
+        assert_eq!(left(None, None), Some(10.0));
+        assert_eq!((left(Some(13), None), left(Some(1000), None)), (Some(3.0), Some(10.0)));
+        // Half the error needs four times the samples, more than are wanted; the same error needs none.
+        assert_eq!((left(None, Some(0.01)), left(None, Some(0.02))), (Some(10.0), Some(0.0)));
+        assert_eq!(seconds_left(&Progress { samples: 60, ..progress }, None, None), None);
+        // Without an earlier call it is the rule of three.
+        assert_eq!(seconds_left(&Progress { resumed: 0, ..progress }, None, None), Some(2.5));
     }
 }

@@ -25,8 +25,7 @@ pub struct RenderArgs {
     /// Image to write: .exr, .png, .hdr or .pfm; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Samples a pixel [default: the scene's, else 64; with --time or --target-error alone: as many as it takes]
-    #[arg(long, value_name = "N", value_parser = args::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", help = spp_help(), value_parser = args::positive, allow_negative_numbers = true)]
     spp: Option<u32>,
     /// Seconds of rendering, ended on whole passes; the first of --spp, --time and --target-error to be reached stops
     #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_negative_numbers = true)]
@@ -39,7 +38,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     estimator: EstimatorArgs,
     /// packet: eight rays at a time; scalar: the plain reference. Both give the same bits
-    #[arg(long, value_name = "E", default_value = "packet", value_parser = |text: &str| args::named::<Engine>(text, &[]))]
+    #[arg(long, value_name = "E", default_value_t = Settings::default().engine,
+          value_parser = |text: &str| args::named::<Engine>(text, &[]))]
     engine: Engine,
     /// Worker threads [default: one for every core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096), allow_negative_numbers = true)]
@@ -58,6 +58,13 @@ pub struct RenderArgs {
     /// No progress bar and no summary line; warnings stay
     #[arg(long)]
     quiet: bool,
+}
+
+fn spp_help() -> String {
+    format!(
+        "Samples a pixel [default: the scene's, else {}; with --time or --target-error alone: as many as it takes]",
+        Settings::default().spp
+    )
 }
 
 /// Runs the command; the exit status.

@@ -117,6 +117,17 @@ pub struct NonFinite {
     pub stage: &'static str,
 }
 
+/// Where a crop lies in its film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The crop's first column.
+    pub x: u32,
+    /// The crop's first row.
+    pub y: u32,
+    /// Columns and rows of the whole film.
+    pub film: (u32, u32),
+}
+
 /// The sums of a picture (or of a crop of it), row 0 at the top.
 #[derive(Clone, Debug, Default)]
 pub struct Film {
@@ -124,6 +135,8 @@ pub struct Film {
     pub width: u32,
     /// Rows held.
     pub height: u32,
+    /// Where these pixels lie in the film; `None`: they are all of it.
+    pub place: Option<Place>,
     /// Samples in every pixel.
     pub spp: u32,
     /// `width * height` pixels, row by row.

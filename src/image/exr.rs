@@ -6,7 +6,7 @@
 //! hardly shrinks, and the bytes then depend on no compressor's version.
 
 use crate::image::atomic::Sink;
-use crate::image::{Image, encoding};
+use crate::image::{Bounds, Image, Windows, encoding};
 use ::exr::prelude::*;
 use std::io::{self, Cursor};
 
@@ -27,6 +27,7 @@ pub(super) fn write(picture: &Image, out: &mut dyn Sink) -> io::Result<()> {
     let attributes = LayerAttributes {
         software_name: Some(text(concat!("octray ", env!("CARGO_PKG_VERSION")))),
         comments: Some(text(&settings.join("\n"))),
+        layer_position: picture.windows.map_or(Vec2(0, 0), |Windows { data_origin: (x, y), .. }| Vec2(x, y)),
         ..LayerAttributes::default()
     };
     let encoding_options = Encoding {
@@ -36,7 +37,11 @@ pub(super) fn write(picture: &Image, out: &mut dyn Sink) -> io::Result<()> {
     };
     let size = (picture.width as usize, picture.height as usize);
     let layer = Layer::new(size, attributes, encoding_options, AnyChannels::sort(channels));
-    let image = ::exr::prelude::Image::from_layer(layer);
+    let mut image = ::exr::prelude::Image::from_layer(layer);
+    if let Some(Windows { display, .. }) = picture.windows {
+        let size = (display.width as usize, display.height as usize);
+        image.attributes.display_window = IntegerBounds::new((display.x, display.y), size);
+    }
     image.write().non_parallel().to_buffered(out).map_err(encoding)
 }
 
@@ -56,10 +61,15 @@ pub(super) fn read(bytes: &[u8]) -> std::result::Result<Image, String> {
     let Some(layer) = file.layer_data.iter().find(wanted) else {
         return Err("no layer with the channels R, G and B".into());
     };
-    let Vec2(width, height) = layer.size;
-    let (Ok(width), Ok(height)) = (u32::try_from(width), u32::try_from(height)) else {
-        return Err(format!("{width} x {height} pixels are more than this program reads"));
+    let (width, height) = size(layer.size)?;
+    let shown = file.attributes.display_window;
+    let (display_width, display_height) = size(shown.size)?;
+    let Vec2(x, y) = layer.attributes.layer_position;
+    let windows = Windows {
+        display: Bounds { x: shown.position.0, y: shown.position.1, width: display_width, height: display_height },
+        data_origin: (x, y),
     };
+    let fills = windows.display == Bounds { x, y, width, height };
     let comments = layer.attributes.comments.as_ref().map(Text::to_string).unwrap_or_default();
     let setting = |line: &str| line.split_once(" = ").map(|(key, value)| (key.to_owned(), value.to_owned()));
     Ok(Image {
@@ -68,7 +78,16 @@ pub(super) fn read(bytes: &[u8]) -> std::result::Result<Image, String> {
         pixels: planes(layer, COLOR).unwrap_or_default(),
         variance: planes(layer, VARIANCE),
         metadata: comments.lines().filter_map(setting).collect(),
+        windows: (!fills).then_some(windows),
     })
+}
+
+/// Columns and rows.
+fn size(Vec2(width, height): Vec2<usize>) -> std::result::Result<(u32, u32), String> {
+    match (u32::try_from(width), u32::try_from(height)) {
+        (Ok(width), Ok(height)) => Ok((width, height)),
+        _ => Err(format!("{width} x {height} pixels are more than this program reads")),
+    }
 }
 
 fn read_all(bytes: &[u8]) -> ::exr::error::Result<AnyImage> {

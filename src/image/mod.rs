@@ -86,6 +86,11 @@ impl Film {
             // Where the error is not known, no figure says that it is 0.
             variance: self.sums().tell_errors().then(|| places().map(|(x, y)| self.variance(x, y)).collect()),
             metadata: self.metadata.clone(),
+            windows: self.place.map(|place| Windows {
+                display: Bounds { x: 0, y: 0, width: place.film.0, height: place.film.1 },
+                // A film has at most 65,535 columns and rows.
+                data_origin: (place.x as i32, place.y as i32),
+            }),
         }
     }
 
@@ -93,6 +98,43 @@ impl Film {
     fn means(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
         (0..self.height).flat_map(move |y| (0..self.width).map(move |x| self.mean(x, y)))
     }
+}
+
+/// A rectangle of pixels that may lie anywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bounds {
+    /// First column.
+    pub x: i32,
+    /// First row.
+    pub y: i32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Bounds {
+    /// The pixels that are in both; `None` if there are none.
+    pub fn overlap(&self, other: &Bounds) -> Option<Bounds> {
+        // In i64: windows of other people's files may lie at the ends of i32.
+        let both = |start: [i32; 2], size: [u32; 2]| {
+            let end = |i: usize| start[i] as i64 + size[i] as i64;
+            let (first, end) = (start[0].max(start[1]), end(0).min(end(1)));
+            u32::try_from(end - first as i64).ok().filter(|size| *size > 0).map(|size| (first, size))
+        };
+        let (x, width) = both([self.x, other.x], [self.width, other.width])?;
+        let (y, height) = both([self.y, other.y], [self.height, other.height])?;
+        Some(Bounds { x, y, width, height })
+    }
+}
+
+/// Where the pixels of an image lie that are not just what is to be shown, in OpenEXR's terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Windows {
+    /// The display window: of a render, the whole film.
+    pub display: Bounds,
+    /// The first column and row of the data window; its size is the image's.
+    pub data_origin: (i32, i32),
 }
 
 /// A picture read from a file: linear radiance, row 0 at the top.
@@ -108,6 +150,8 @@ pub struct Image {
     pub variance: Option<Vec<[f32; 3]>>,
     /// The settings of the render, where the file has them (EXR files of ours do).
     pub metadata: Vec<(String, String)>,
+    /// Where the pixels lie in the display window; `None`: they fill it.
+    pub windows: Option<Windows>,
 }
 
 impl Image {
@@ -131,6 +175,36 @@ impl Image {
     /// [`Error::Write`]; an older file of that name is then untouched.
     pub fn save_exr(&self, path: impl AsRef<Path>) -> Result<()> {
         atomic::write(path.as_ref(), |out| exr::write(self, out))
+    }
+
+    /// What is to be shown: the display window.
+    pub fn display(&self) -> Bounds {
+        let whole = Bounds { x: 0, y: 0, width: self.width, height: self.height };
+        self.windows.map_or(whole, |windows| windows.display)
+    }
+
+    /// Where the pixels lie: the data window.
+    pub fn data(&self) -> Bounds {
+        let (x, y) = self.windows.map_or((0, 0), |windows| windows.data_origin);
+        Bounds { x, y, width: self.width, height: self.height }
+    }
+
+    /// The pixels in `area`, which lies in the data window.
+    pub fn part(&self, area: Bounds) -> Image {
+        let data = self.data();
+        let (x, y) = (area.x.abs_diff(data.x) as usize, area.y.abs_diff(data.y) as usize);
+        let rows = |pixels: &Vec<[f32; 3]>| {
+            let rows = pixels.chunks(self.width as usize).skip(y).take(area.height as usize);
+            rows.flat_map(|row| &row[x..x + area.width as usize]).copied().collect()
+        };
+        Image {
+            width: area.width,
+            height: area.height,
+            pixels: rows(&self.pixels),
+            variance: self.variance.as_ref().map(rows),
+            metadata: self.metadata.clone(),
+            windows: Some(Windows { display: self.display(), data_origin: (area.x, area.y) }),
+        }
     }
 
     /// The value at column `x` of row `y`, row 0 at the top.

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use crate::clock::Stopwatch;
-use crate::film::{ErrorSums, Film, GroupSums, NonFinite, Pixel, Sums};
+use crate::film::{ErrorSums, Film, GroupSums, NonFinite, Pixel, Place, Sums};
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
 use crate::packet::queues::{Slots, TileState};
@@ -52,9 +52,11 @@ pub struct Render {
 pub struct Progress {
     /// Samples finished, over all pixels.
     pub samples: u64,
+    /// Those of them that an earlier call has taken.
+    pub resumed: u64,
     /// Samples wanted.
     pub total: u64,
-    /// Wall seconds since the start.
+    /// Wall seconds since the start of this call.
     pub seconds: f64,
     /// The picture's estimated relative error ([`Film::relative_error`]) after the last whole pass; `None` before there are
     /// two samples (four with the `sobol` sampler) in every pixel, and for a black picture.
@@ -105,6 +107,7 @@ pub fn render_from(
         tiles,
         next_tile: AtomicUsize::new(0),
         samples: AtomicU64::new(done as u64 * pixels),
+        resumed: done as u64 * pixels,
         relative_error: AtomicU64::new(f64::NAN.to_bits()),
         stop: AtomicBool::new(false),
         watch,
@@ -224,6 +227,8 @@ struct Job<'a> {
     tiles: Vec<Mutex<Tile>>,
     next_tile: AtomicUsize,
     samples: AtomicU64,
+    /// Samples of earlier calls.
+    resumed: u64,
     /// Bits of the estimate after the last pass, NaN before there is one.
     relative_error: AtomicU64,
     stop: AtomicBool,
@@ -282,7 +287,7 @@ impl Job<'_> {
     fn report(&self, samples: u64) {
         let relative_error = Some(f64::from_bits(self.relative_error.load(Ordering::Relaxed))).filter(|e| !e.is_nan());
         let seconds = self.watch.wall_seconds();
-        if !(self.progress)(Progress { samples, total: self.total, seconds, relative_error }) {
+        if !(self.progress)(Progress { samples, resumed: self.resumed, total: self.total, seconds, relative_error }) {
             self.stop.store(true, Ordering::Relaxed);
         }
     }
@@ -374,6 +379,9 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     let crop = job.setup.crop;
     let mut film = Film::of_sampler(crop, settings.sampler);
     film.spp = spp;
+    let Crop { x, y, width, height } = crop;
+    let whole = (x, y, (width, height)) == (0, 0, job.setup.film);
+    film.place = (!whole).then_some(Place { x, y, film: job.setup.film });
     let mut nonfinite = Vec::new();
     for tile in &job.tiles {
         let tile = tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

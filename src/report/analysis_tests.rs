@@ -20,7 +20,7 @@ fn picture(mean: f64, variance: f64, spp: u32, seed: u32) -> Image {
         height: SIDE,
         pixels: (0..count).map(pixel).collect(),
         variance: Some(vec![[(variance / spp as f64) as f32; 3]; count as usize]),
-        metadata: Vec::new(),
+        ..Image::default()
     }
 }
 

@@ -159,7 +159,7 @@ impl Pool {
         }
         let pixels = self.sum.iter().map(|sum| sum.map(|v| (v / self.samples) as f32)).collect();
         let variance = self.variance.iter().map(|sum| sum.map(|v| (v / self.samples.powi(2)) as f32)).collect();
-        Some(Image { width, height, pixels, variance: Some(variance), metadata: Vec::new() })
+        Some(Image { width, height, pixels, variance: Some(variance), ..Image::default() })
     }
 }
 
@@ -184,7 +184,7 @@ mod tests {
             height,
             pixels: (0..count).map(pixel).collect(),
             variance: Some(vec![[variance; 3]; count as usize]),
-            metadata: Vec::new(),
+            ..Image::default()
         }
     }
 
@@ -231,7 +231,7 @@ mod tests {
             height: 1,
             pixels: vec![[value; 3]],
             variance: Some(vec![[variance; 3]]),
-            metadata: Vec::new(),
+            ..Image::default()
         };
         assert!(pool.image(1, 1).is_none());
         pool.add(&one(100.0, 0.0), 1);

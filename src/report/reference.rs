@@ -112,7 +112,7 @@ pub fn render(
     }
     let (pixels, variance) = mean_and_variance(&parts);
     let (width, height) = experiment.film();
-    let image = Image { width, height, pixels, variance: Some(variance), metadata: Vec::new() };
+    let image = Image { width, height, pixels, variance: Some(variance), ..Image::default() };
     let (strategy, lights, sampler) = (how.strategy.name(), how.lights.name(), how.sampler.name());
     let source = Source::Rendered { strategy, lights, sampler, spp, seconds, cpu_seconds, cached: false };
     Some(Reference { image, source })

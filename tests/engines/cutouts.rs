@@ -4,14 +4,14 @@
 use crate::common;
 use crate::common::{Maker, estimate, exact_strategies, first_difference, polygon_irradiance, small};
 use glam::DVec3;
-use octray::bvh::{HitQueue, RayQueue, Scratch};
-use octray::packet::explain;
-use octray::packet::plan::Plan;
-use octray::reference::single::intersect::{Ray, intersect_where, stack};
-use octray::sampler::{random_words, unit};
+use octray::internal::bvh::{HitQueue, RayQueue, Scratch};
+use octray::internal::packet::explain;
+use octray::internal::packet::plan::Plan;
+use octray::internal::reference::single::intersect::{Ray, intersect_where, stack};
+use octray::internal::sampler::{random_words, unit};
+use octray::internal::setup::Setup;
 use octray::scene::SceneDesc;
 use octray::scene::desc::{CornerDesc, EnvironmentDesc, MaskDesc, Scattering, TextureUse};
-use octray::setup::Setup;
 use octray::{Engine, Lights, PreparedScene, Settings, Strategy, render};
 use std::cell::RefCell;
 use std::path::Path;
@@ -183,7 +183,7 @@ fn rays_meet_all_their_hits_one_after_the_other() {
         (rays.dx[0], rays.dy[0], rays.dz[0]) = direction.into();
         scene.bvh.intersect_stream(&rays, 1, &mut hits);
         let mut got = Vec::new();
-        while hits.triangle[0] != octray::bvh::ray::NO_HIT {
+        while hits.triangle[0] != octray::internal::bvh::ray::NO_HIT {
             got.push((hits.t[0], hits.triangle[0], hits.u[0], hits.v[0]));
             scene.bvh.intersect_behind(&rays, &[0], &mut hits, &mut scratch);
         }

@@ -2,14 +2,15 @@
 
 use crate::common::{Maker, estimate, exact_strategies, first_difference, small};
 use glam::DVec3;
-use octray::lanes;
-use octray::lanes::{F32x8, LANES, U32x8, Vec3x8};
-use octray::packet::lights::environment as environment_x8;
-use octray::reference::{double, single};
-use octray::sampler::{random_words, unit};
+use octray::internal::lanes;
+use octray::internal::lanes::{F32x8, LANES, U32x8, Vec3x8};
+use octray::internal::math;
+use octray::internal::packet::lights::environment as environment_x8;
+use octray::internal::reference::{double, single};
+use octray::internal::sampler::{random_words, unit};
+use octray::internal::tables::lights::environment::{Distribution, EnvironmentMap};
 use octray::scene::desc::{EnvironmentDesc, MapDesc, Scattering};
-use octray::tables::lights::environment::{Distribution, EnvironmentMap};
-use octray::{Crop, Engine, PreparedScene, Settings, Strategy, math, render};
+use octray::{Crop, Engine, PreparedScene, Settings, Strategy, render};
 use std::f64::consts::PI;
 
 /// A map of `width` x `height` with the radiance that `texel` gives for column and row.
@@ -116,7 +117,7 @@ fn a_sampled_direction_is_looked_up_where_it_was_drawn() {
             let map = rugged(width, height, rotate);
             let uniform = Distribution {
                 columns: (0..width * height)
-                    .map(|alias| octray::tables::lights::alias::AliasColumn { threshold: 0, alias })
+                    .map(|alias| octray::internal::tables::lights::alias::AliasColumn { threshold: 0, alias })
                     .collect(),
                 floor: 0.0,
                 factor: 1.0,
@@ -371,7 +372,8 @@ fn the_sky_of_our_scene_is_what_its_generator_makes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("sky.hdr");
     sky_film().save(&path).expect("a map");
-    let [made, committed] = [path.as_path(), "scenes/sky.hdr".as_ref()].map(|p| octray::image::Image::read(p).unwrap());
+    let [made, committed] =
+        [path.as_path(), "scenes/sky.hdr".as_ref()].map(|p| octray::internal::image::Image::read(p).unwrap());
     assert_eq!(made, committed);
 }
 

@@ -7,7 +7,7 @@
 use crate::common;
 use std::fmt::Write;
 
-use octray::fingerprint::Fingerprint;
+use octray::internal::fingerprint::Fingerprint;
 use octray::{Film, Lights, Sampler, Scene, Settings, Strategy, render};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/engines/golden.txt");

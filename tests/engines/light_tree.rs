@@ -3,13 +3,15 @@
 use crate::common;
 use crate::common::Maker;
 use glam::{DVec3, Vec3};
-use octray::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-use octray::packet::lights::tree as lanes;
-use octray::reference::single::lights::tree::{Receiver, choose_light, environment_eighths, light_probability};
-use octray::sampler::{random_words, unit};
+use octray::internal::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use octray::internal::packet::lights::tree as lanes;
+use octray::internal::reference::single::lights::tree::{
+    Receiver, choose_light, environment_eighths, light_probability,
+};
+use octray::internal::sampler::{random_words, unit};
+use octray::internal::tables::lights::table::{Fixed, LightTable, Selection};
+use octray::internal::tables::lights::tree::LightTree;
 use octray::scene::desc::EnvironmentDesc;
-use octray::tables::lights::table::{Fixed, LightTable, Selection};
-use octray::tables::lights::tree::LightTree;
 use octray::{Lights, PreparedScene, Settings, Strategy, render};
 
 /// Numbers in [0, 1), by address.
@@ -19,7 +21,7 @@ fn numbers(address: u32) -> [f32; 4] {
 
 fn direction([u, v, ..]: [f32; 4]) -> Vec3 {
     let z = 2.0 * u - 1.0;
-    let (sine, cosine) = octray::math::sin_cos_turns(v);
+    let (sine, cosine) = octray::internal::math::sin_cos_turns(v);
     let radius = (1.0 - z * z).sqrt();
     Vec3::new(radius * cosine, radius * sine, z).normalize()
 }

@@ -1,13 +1,14 @@
 //! Whole paths: the packet engine has the bits of the scalar reference, whatever the threads, passes and crops.
 
 use crate::common::{SCENES, first_difference, prepared, small};
-use octray::packet::explain::{self, LeftOut, PlannedStage};
-use octray::packet::plan::Plan;
-use octray::reference::{path_steps, single};
-use octray::setup::Setup;
-use octray::tables::materials::MaterialKind;
-use octray::trace::PathStep;
-use octray::{Crop, Engine, Lights, Sampler, Settings, Strategy, packet, render};
+use octray::internal::packet;
+use octray::internal::packet::explain::{self, LeftOut, PlannedStage};
+use octray::internal::packet::plan::Plan;
+use octray::internal::reference::{path_steps, single};
+use octray::internal::setup::Setup;
+use octray::internal::tables::materials::MaterialKind;
+use octray::internal::trace::PathStep;
+use octray::{Crop, Engine, Lights, Sampler, Settings, Strategy, render};
 
 #[test]
 fn engines_agree_bit_for_bit_on_every_scene_and_strategy() {
@@ -55,7 +56,7 @@ fn vertex_lists_agree_bit_for_bit_on_every_scene_and_strategy() {
                 for i in 0..60 {
                     let (pixel, sample) = ((i * 29 % 64, i * 31 % 48), i * 7);
                     let [scalar, packet] = both(&setup, &plan, pixel, sample);
-                    let difference = octray::trace::first_difference(&scalar, &packet);
+                    let difference = octray::internal::trace::first_difference(&scalar, &packet);
                     let (x, y) = pixel;
                     let address = format!("--pixel {x},{y} --sample {sample} --width 64 --height 48");
                     let flags = format!("--strategy {strategy} --sampler {sampler} {address}");
@@ -157,7 +158,7 @@ fn f32_and_f64_references_follow_the_same_paths() {
         for sample in 0..4 {
             for pixel in (0..32 * 32).map(|i| (i % 32, i / 32)) {
                 let single = single::path::trace_path(&setup, pixel, sample, &mut |_| {});
-                let double = octray::reference::double::path::trace_path(&setup, pixel, sample, &mut |_| {});
+                let double = octray::internal::reference::double::path::trace_path(&setup, pixel, sample, &mut |_| {});
                 let difference = (single.radiance.as_dvec3() - double.radiance).abs().max_element();
                 apart += (difference > 1e-3 * (double.radiance.abs().max_element() + 0.01)) as u32;
                 total += 1;

@@ -7,10 +7,10 @@ mod views;
 
 use crate::common::chi_square_z;
 use glam::{DVec3, Vec3};
-use octray::lanes::{F32x8, LANES, Vec3x8};
-use octray::packet::lights::triangle::solid_angles;
-use octray::reference::double;
-use octray::reference::single::lights::triangle::solid_angle;
+use octray::internal::lanes::{F32x8, LANES, Vec3x8};
+use octray::internal::packet::lights::triangle::solid_angles;
+use octray::internal::reference::double;
+use octray::internal::reference::single::lights::triangle::solid_angle;
 use std::f64::consts::PI;
 use views::*;
 

@@ -2,7 +2,7 @@
 //! Statistical bounds are 5 standard errors; seeds are fixed.
 
 use crate::common::{Maker, estimate, exact_strategies, first_difference, small};
-use octray::color::linear_from_srgb;
+use octray::internal::color::linear_from_srgb;
 use octray::scene::SceneDesc;
 use octray::scene::desc::{CornerDesc, EnvironmentDesc, Scattering, TextureDesc, TextureUse};
 use octray::{Engine, Lights, PreparedScene, Settings, Strategy, render};

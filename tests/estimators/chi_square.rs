@@ -8,20 +8,20 @@
 use crate::common::{Maker, chi_square_z};
 use glam::DVec3;
 use octray::Lights;
-use octray::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-use octray::packet::bsdf::conductor::Conductor;
-use octray::packet::bsdf::plastic::Plastic;
-use octray::packet::bsdf::{Bsdf, Sampled};
-use octray::packet::surface::surface_points;
-use octray::packet::{lights::sample as light_x8, warp as warp_x8};
-use octray::reference::single::lights::sample as light;
-use octray::reference::single::lights::tree::{Receiver, light_probability};
-use octray::reference::single::{Vec3, bsdf, surface, warp};
-use octray::sampler::draws::BsdfDraws;
-use octray::sampler::{random_words, unit};
+use octray::internal::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use octray::internal::packet::bsdf::conductor::Conductor;
+use octray::internal::packet::bsdf::plastic::Plastic;
+use octray::internal::packet::bsdf::{Bsdf, Sampled};
+use octray::internal::packet::surface::surface_points;
+use octray::internal::packet::{lights::sample as light_x8, warp as warp_x8};
+use octray::internal::reference::single::lights::sample as light;
+use octray::internal::reference::single::lights::tree::{Receiver, light_probability};
+use octray::internal::reference::single::{Vec3, bsdf, surface, warp};
+use octray::internal::sampler::draws::BsdfDraws;
+use octray::internal::sampler::{random_words, unit};
+use octray::internal::tables::lights::table::{LightTable, Selection};
+use octray::internal::tables::materials::MaterialRecord;
 use octray::scene::desc::{MaterialDesc, Scattering};
-use octray::tables::lights::table::{LightTable, Selection};
-use octray::tables::materials::MaterialRecord;
 use std::f64::consts::TAU;
 
 const SAMPLES: u32 = 64_000;
@@ -115,7 +115,7 @@ fn hemispheres_are_drawn_with_their_densities() {
         |words| each(words, warp::sample_cosine_hemisphere),
         |v| v.map(|v| warp::cosine_hemisphere_pdf_dir(v.z as f32).into()),
     );
-    let even = f64::from(octray::math::INV_2PI);
+    let even = f64::from(octray::internal::math::INV_2PI);
     let uniform = |words: &[[u32; 4]; LANES]| wide(warp_x8::sample_uniform_hemisphere(pair(words))).map(Some);
     check("uniform, lanes", true, uniform, |_| [even; LANES]);
     let scalar = f64::from(warp::uniform_hemisphere_pdf_dir());

@@ -2,10 +2,10 @@
 //! probability ask for. Statistical bounds are stated where they are used; seeds are fixed.
 
 use crate::common::{Maker, chi_square_z, estimate, exact_strategies, first_difference, small};
-use octray::reference::double::{Real, Vec3, bsdf};
-use octray::sampler::{random_words, unit};
+use octray::internal::reference::double::{Real, Vec3, bsdf};
+use octray::internal::sampler::{random_words, unit};
+use octray::internal::tables::materials::MaterialRecord;
 use octray::scene::desc::{MaterialDesc, Scattering};
-use octray::tables::materials::MaterialRecord;
 use octray::{Engine, Lights, Scene, Settings, Strategy, render};
 
 const GOLD: ([f64; 3], [f64; 3]) = ([0.143, 0.375, 1.442], [3.983, 2.386, 1.603]);

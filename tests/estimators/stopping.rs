@@ -2,7 +2,7 @@
 
 use crate::common::{first_difference, prepared, small};
 use crate::program::{octray, stderr};
-use octray::image::Image;
+use octray::internal::image::Image;
 use octray::{Engine, Film, Sampler, Settings, Strategy, render, render_from};
 use std::fs;
 use std::path::Path;

@@ -117,7 +117,7 @@ fn a_two_sided_light_shines_on_both_sides() {
         assert_eq!(render(&lamp, &small(4, 4, 4)).film.mean_radiance(), [1.0, 2.0, 4.0], "seen from y = {y}");
     }
     let scene = build([0.0; 3], [0.0, 0.5, 0.1]);
-    let record = |lights| octray::tables::lights::table::LightTable::new(&scene, lights, false);
+    let record = |lights| octray::internal::tables::lights::table::LightTable::new(&scene, lights, false);
     let (uniform, power) = (record(octray::Lights::Uniform), record(octray::Lights::Power));
     let share = |i: usize| power.probability(i as u32) / uniform.probability(i as u32);
     assert!((share(0) / share(2) - 2.0).abs() < 1e-5, "twice the power: {} {}", share(0), share(2));

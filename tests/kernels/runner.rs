@@ -1,9 +1,9 @@
 //! The runner: a kernel on lanes and its scalar twin over one table of seeds, for all 256 patterns of live lanes, with the
 //! idle ones poisoned.
 
-use octray::lanes::{F32x8, LANES, Vec3x8};
-use octray::reference::single::Vec3;
-use octray::sampler::{random_words, unit};
+use octray::internal::lanes::{F32x8, LANES, Vec3x8};
+use octray::internal::reference::single::Vec3;
+use octray::internal::sampler::{random_words, unit};
 
 /// Numbers at the edges of arithmetic: signed zeros, denormals, both infinities, NaN, and some ordinary ones between.
 pub const EDGES: [f32; 24] = [

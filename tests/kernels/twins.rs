@@ -1,10 +1,10 @@
 //! Every lane kernel against its scalar twin, bit for bit, with idle lanes poisoned.
 
-use octray::lanes::{F32x8, LANES, U32x8, Vec3x8};
-use octray::packet::{mis as mis_x8, surface as surface_x8, warp as warp_x8};
-use octray::reference::single::{Vec3, mis, surface, warp};
-use octray::sampler::{bsdf_block, index_below, light_block, random_words, random_words_x8, unit, unit_x8};
-use octray::tables::triangles::TriangleRecord;
+use octray::internal::lanes::{F32x8, LANES, U32x8, Vec3x8};
+use octray::internal::packet::{mis as mis_x8, surface as surface_x8, warp as warp_x8};
+use octray::internal::reference::single::{Vec3, mis, surface, warp};
+use octray::internal::sampler::{bsdf_block, index_below, light_block, random_words, random_words_x8, unit, unit_x8};
+use octray::internal::tables::triangles::TriangleRecord;
 
 /// Uniform numbers of a test, from the crate's own generator (its seed 77).
 fn numbers(i: u32, block: u32) -> [f32; 4] {

@@ -1,7 +1,7 @@
 //! Every lane operation against the same operation on plain `f32` and `u32`, over all pairs of awkward values.
 
-use octray::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8, sin_cos_turns};
-use octray::math;
+use octray::internal::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8, sin_cos_turns};
+use octray::internal::math;
 
 /// Signed zeros, ones, denormals, extremes, infinities, NaN and some ordinary numbers.
 fn awkward() -> Vec<f32> {

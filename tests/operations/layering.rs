@@ -96,9 +96,7 @@ fn nothing_imports_upwards() {
 }
 
 /// Imports that close a circle of files. None may be added; one that closes no circle any more is to be struck out.
-const KNOWN: &[(&str, &str)] = &[
-    ("report/reference.rs", "report/experiment.rs"),
-];
+const KNOWN: &[(&str, &str)] = &[("report/reference.rs", "report/experiment.rs")];
 
 #[test]
 fn files_name_each_other_in_no_circle() {

@@ -4,10 +4,10 @@
 //! what corresponds to them; seeds are fixed, so a test that passes once passes always.
 
 use octray::Sampler;
-use octray::lanes::{LANES, U32x8};
-use octray::sampler::sobol::{GROUPS, sobol_words, sobol_words_x8};
-use octray::sampler::{ALL_WORDS, CAMERA_BLOCK, LIGHT_WORDS, LOBE_WORDS, PIXEL_WORDS, ROULETTE_WORD};
-use octray::sampler::{bsdf_block, light_block, sample_words, unit};
+use octray::internal::lanes::{LANES, U32x8};
+use octray::internal::sampler::sobol::{GROUPS, sobol_words, sobol_words_x8};
+use octray::internal::sampler::{ALL_WORDS, CAMERA_BLOCK, LIGHT_WORDS, LOBE_WORDS, PIXEL_WORDS, ROULETTE_WORD};
+use octray::internal::sampler::{bsdf_block, light_block, sample_words, unit};
 
 const SIGMAS: f64 = 5.0;
 
@@ -285,7 +285,7 @@ fn errors_of_pixels_are_white_noise() {
     const SIDE: usize = 64;
     for (block, word, samples) in [(0, 0, 64), (1, 1, 20), (2, 0, 16)] {
         let error = |x: usize, y: usize| {
-            let pixel = octray::sampler::pixel_address(x as u32, y as u32);
+            let pixel = octray::internal::sampler::pixel_address(x as u32, y as u32);
             (0..samples).map(|sample| ramp(sobol_words(pixel, sample, block, 0)[word])).sum::<f64>()
         };
         let image: Vec<Vec<f64>> = (0..SIDE).map(|y| (0..SIDE).map(|x| error(x, y)).collect()).collect();

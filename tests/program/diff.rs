@@ -1,7 +1,7 @@
 //! `octray diff` from outside: its figures against other people's arithmetic, its messages for bad input.
 
 use crate::program::{Place, octray, stderr};
-use octray::image::Image;
+use octray::internal::image::{Bounds, Image};
 use octray::report::metrics::compare;
 use std::fs;
 use std::path::Path;
@@ -112,6 +112,56 @@ fn a_table_and_a_heatmap() {
     assert!(picture.width > 240 && picture.height == 160, "{} x {}", picture.width, picture.height);
     assert!(octray(&["diff", &a, &b, "--json", &file]).stdout.is_empty());
     assert!(serde_json::from_str::<serde_json::Value>(&fs::read_to_string(file).unwrap()).unwrap()["mse"].is_f64());
+}
+
+#[test]
+fn crops_keep_their_place_and_are_compared_where_they_overlap() {
+    let place = Place::new();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+    let render = |name: &str, flags: &[&str]| {
+        let path = place.path(name);
+        let small = ["--width", "24", "--spp", "4", "--quiet"];
+        assert!(octray(&[&["render", scene, "-o", &path], &small[..], flags].concat()).status.success());
+        path
+    };
+    let film = ["--height", "20"];
+    let crop = |name: &str, crop: &str| render(name, &[&film[..], &["--crop", crop]].concat());
+    let whole = render("whole.exr", &film);
+    let (one, two) = (crop("one.exr", "3,5,10,8"), crop("two.exr", "9,2,8,6"));
+    let image = Image::read(&one).unwrap();
+    assert_eq!((image.data(), image.display()), (bounds(3, 5, 10, 8), bounds(0, 0, 24, 20)));
+    assert_eq!(Image::read(&whole).unwrap().windows, None, "the whole film is a plain file");
+    assert_eq!(image.pixel(0, 0), Image::read(&whole).unwrap().pixel(3, 5));
+    for (a, b, compared) in [(&one, &whole, [3, 5, 10, 8]), (&whole, &two, [9, 2, 8, 6]), (&one, &two, [9, 5, 4, 3])] {
+        let found = json(&octray(&["diff", a, b, "--json"]));
+        // The very same samples: no error before the reference's noise is subtracted.
+        assert_eq!((&found["mse_raw"], &found["mape"]), (&0.0.into(), &0.0.into()), "{found}");
+        assert_eq!(found["compared"], serde_json::json!(compared));
+        assert_eq!(found["display_window"], serde_json::json!([0, 0, 24, 20]));
+    }
+    let map = place.path("map.png");
+    let text = String::from_utf8(octray(&["diff", &one, &two, "--heatmap", &map]).stdout).unwrap();
+    assert!(
+        text.starts_with("compared: the 4 x 3 pixels at 9,5 that both have, of a display window of 24 x 20\n"),
+        "{text}"
+    );
+    let refused = |a: &str, b: &str, message: &str| {
+        let output = octray(&["diff", a, b]);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(message), "{}", stderr(&output));
+        assert_eq!((stderr(&output).lines().count(), output.stdout.len()), (1, 0), "{}", stderr(&output));
+    };
+    let apart = crop("apart.exr", "13,5,2,2");
+    refused(&one, &apart, "apart.exr 2 x 2 at 13,5: they have no pixel in common");
+    let tall = render("tall.exr", &["--height", "21", "--crop", "3,5,10,8"]);
+    refused(&one, &tall, "has a display window of 24 x 20 at 0,0 and");
+    let reference = ["--reference", &one, "--width", "10", "--height", "8"];
+    let output = octray(&[&["converge", scene, "--out", &place.path("report")], &reference[..]].concat());
+    assert!(output.status.code() == Some(2) && stderr(&output).contains("it is a crop"), "{}", stderr(&output));
+}
+
+fn bounds(x: i32, y: i32, width: u32, height: u32) -> Bounds {
+    Bounds { x, y, width, height }
 }
 
 #[test]

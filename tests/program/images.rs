@@ -1,8 +1,8 @@
 //! Image files: what is written comes back, the right way up, with the same bytes each time, whole or not at all.
 
 use octray::Crop;
-use octray::film::Film;
-use octray::image::{Image, check_output_path};
+use octray::internal::film::Film;
+use octray::internal::image::{Image, check_output_path};
 use std::fs;
 use std::path::Path;
 
@@ -158,7 +158,7 @@ fn a_failing_write_keeps_the_old_file_and_leaves_nothing_beside_it() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.png");
     fs::write(&path, "old").unwrap();
-    let error = octray::image::atomic::write(&path, |out| {
+    let error = octray::internal::image::atomic::write(&path, |out| {
         out.write_all(b"half a picture")?;
         Err(std::io::Error::other("the disk is on fire"))
     });

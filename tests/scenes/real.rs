@@ -75,7 +75,7 @@ fn mcguires_boxes_are_finite_and_as_bright_as_ever() {
         let expected = |c: usize| means.map_or(got[c] > 0.005 && got[c] < 1.0, |m| (got[c] / m[c] - 1.0).abs() < 0.03);
         assert!((0..3).all(expected), "{name}: {got:?}, expected {means:?}");
         if name == "Empty-White" {
-            let grey = |p: &octray::film::Pixel| p.sum[0] == p.sum[1] && p.sum[1] == p.sum[2];
+            let grey = |p: &octray::internal::film::Pixel| p.sum[0] == p.sum[1] && p.sum[1] == p.sum[2];
             assert!(film.pixels.iter().all(grey), "every channel goes through the same operations");
         }
         assert_engines_agree(&scene, &small(24, 24, 2));
@@ -152,17 +152,22 @@ fn unpacked(archive: &str) -> Option<tempfile::TempDir> {
 
 /// Rays that hit again the triangle they have just left: what acne and leaks are made of.
 fn false_hits(scene: &PreparedScene, settings: &Settings) -> (u64, u64) {
-    let setup = octray::setup::Setup::new(scene, settings);
+    let setup = octray::internal::setup::Setup::new(scene, settings);
     let (mut bounces, mut again) = (0, 0);
     for pixel in (0..setup.film.0 * setup.film.1).map(|i| (i % setup.film.0, i / setup.film.0)) {
         let mut last = u32::MAX;
-        octray::reference::single::path::trace_path(&setup, pixel, 0, &mut |vertex: octray::trace::TraceVertex| {
-            if vertex.event == "hit" {
-                bounces += 1;
-                again += (vertex.triangle == last) as u64;
-                last = vertex.triangle;
-            }
-        });
+        octray::internal::reference::single::path::trace_path(
+            &setup,
+            pixel,
+            0,
+            &mut |vertex: octray::internal::trace::TraceVertex| {
+                if vertex.event == "hit" {
+                    bounces += 1;
+                    again += (vertex.triangle == last) as u64;
+                    last = vertex.triangle;
+                }
+            },
+        );
     }
     (again, bounces)
 }

@@ -2,9 +2,9 @@
 
 mod scenes;
 
-use octray::bvh::ray::NO_HIT;
-use octray::bvh::{BuildOptions, Bvh, HitQueue, RayKind, RayPacket, RayQueue, Scratch, WalkCounters};
-use octray::lanes::{F32x8, Mask8, Vec3x8};
+use octray::internal::bvh::ray::NO_HIT;
+use octray::internal::bvh::{BuildOptions, Bvh, HitQueue, RayKind, RayPacket, RayQueue, Scratch, WalkCounters};
+use octray::internal::lanes::{F32x8, Mask8, Vec3x8};
 use scenes::{Hit, Random, Ray, Scene, cube, heightfield, hit_triangle, rays, room, soup, sphere};
 use std::time::{Duration, Instant};
 

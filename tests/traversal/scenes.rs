@@ -3,8 +3,8 @@
 //! The oracle is plain scalar code over all triangles, written from the description in `src/bvh/triangle.rs`; it shares
 //! nothing with the crate's walks.
 
-use octray::bvh::Bvh;
-use octray::bvh::ray::NO_HIT;
+use octray::internal::bvh::Bvh;
+use octray::internal::bvh::ray::NO_HIT;
 use std::f32::consts::PI;
 
 #[derive(Clone, Copy)]

@@ -14,7 +14,7 @@ use crate::report::equal_time;
 use crate::report::experiment::{Budget, Experiment};
 use crate::report::reference;
 use crate::report::reference::Reference;
-use crate::settings::{Crop, Engine, Lights, Sampler};
+use crate::settings::{Crop, Engine, Lights, Sampler, Settings};
 use crate::strategy::Strategy;
 use args::{List, RrDepth};
 use files::Files;
@@ -31,8 +31,9 @@ pub struct ConvergeArgs {
     /// Directory for report.html, converge.csv, converge.json, plots, pictures and the reference; made if need be
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Strategies, with commas between them, or `all`
-    #[arg(long, value_name = "S,..", default_value = "all", value_parser = |text: &str| args::list(text, Strategy::ALL))]
+    #[arg(long, value_name = "S,..", default_value = "all", hide_default_value = true,
+          help = args::list_help("Strategies", Strategy::ALL, "all"),
+          value_parser = |text: &str| args::list(text, Strategy::ALL))]
     strategies: List<Strategy>,
     /// Samples a pixel of the runs
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "1,4,16,64,256", conflicts_with = "times",
@@ -51,14 +52,17 @@ pub struct ConvergeArgs {
     /// Samples a pixel of the rendered reference [default: 32 times the largest of --spps; with --times: 16 times the longest]
     #[arg(long, value_name = "N", value_parser = args::positive, allow_negative_numbers = true)]
     reference_spp: Option<u32>,
-    /// Light selections, with commas between them, or `all` [default: the scene's]
-    #[arg(long, value_name = "L,..", value_parser = |text: &str| args::list(text, Lights::ALL))]
+    #[arg(long, value_name = "L,..",
+          help = args::list_help("Light selections", Lights::ALL, &scene_else(Settings::default().lights)),
+          value_parser = |text: &str| args::list(text, Lights::ALL))]
     lights: Option<List<Lights>>,
-    /// Samplers, with commas between them, or `all` [default: the scene's]
-    #[arg(long, value_name = "S,..", value_parser = |text: &str| args::list(text, Sampler::ALL))]
+    #[arg(long, value_name = "S,..",
+          help = args::list_help("Samplers", Sampler::ALL, &scene_else(Settings::default().sampler)),
+          value_parser = |text: &str| args::list(text, Sampler::ALL))]
     sampler: Option<List<Sampler>>,
-    /// Engines, with commas between them, or `all` [default: packet]
-    #[arg(long, value_name = "E,..", value_parser = |text: &str| args::list(text, Engine::ALL))]
+    #[arg(long, value_name = "E,..",
+          help = args::list_help("Engines", Engine::ALL, Settings::default().engine.name()),
+          value_parser = |text: &str| args::list(text, Engine::ALL))]
     engine: Option<List<Engine>>,
     /// Keep the light of this material only (`environment`: of the surroundings); given several times, each is measured by
     /// itself; `all` is the whole scene, `each` every light of the scene in turn after it
@@ -73,11 +77,10 @@ pub struct ConvergeArgs {
     /// Film height in pixels
     #[arg(long, value_name = "H", default_value = "256", value_parser = args::side, allow_negative_numbers = true)]
     height: u32,
-    /// Most scattering events of a path [default: the scene's, else unbounded]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", help = args::max_depth_help(), allow_negative_numbers = true)]
     max_depth: Option<u32>,
-    /// First depth at which Russian roulette may end a path, or `off` [default: the scene's, else 2]
-    #[arg(long, value_name = "D|off", value_parser = args::rr_depth, allow_negative_numbers = true)]
+    #[arg(long, value_name = "D|off", help = args::rr_depth_help(),
+          value_parser = args::rr_depth, allow_negative_numbers = true)]
     rr_depth: Option<RrDepth>,
     /// Worker threads [default: one for every core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096), allow_negative_numbers = true)]
@@ -88,6 +91,10 @@ pub struct ConvergeArgs {
     /// No progress bar and no table; warnings stay
     #[arg(long)]
     quiet: bool,
+}
+
+fn scene_else(default: impl std::fmt::Display) -> String {
+    format!("the scene's, else {default}")
 }
 
 /// Runs the command; the exit status.

@@ -13,7 +13,7 @@ use crate::report::measure::Region;
 use crate::report::metrics;
 use crate::report::reference::{Reference, Source};
 use crate::scene::SceneDesc;
-use crate::settings::{Crop, Engine, Settings};
+use crate::settings::{Crop, Settings};
 use std::path::Path;
 
 /// `[NAME=]X,Y,W,H`.
@@ -41,7 +41,7 @@ pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
     };
     let (film, _) = settings.film_and_crop(scene.desc.film)?;
     let mut configurations = Vec::new();
-    for &engine in args.engine.as_ref().map_or(&[Engine::Packet][..], |list| &list.0) {
+    for &engine in args.engine.as_ref().map_or(&[settings.engine][..], |list| &list.0) {
         for &sampler in args.sampler.as_ref().map_or(&[settings.sampler][..], |list| &list.0) {
             for &lights in args.lights.as_ref().map_or(&[settings.lights][..], |list| &list.0) {
                 let each = args.strategies.0.iter();
@@ -137,7 +137,8 @@ fn case(scene: &Scene, light: String) -> Result<Case> {
 /// How a reference is rendered: by the strategy that loses least anywhere, in the fast engine.
 pub fn reference_configuration(experiment: &Experiment) -> Configuration {
     let Settings { lights, sampler, .. } = experiment.settings;
-    Configuration { strategy: Settings::default().strategy, lights, sampler, engine: Engine::Packet }
+    let Settings { strategy, engine, .. } = Settings::default();
+    Configuration { strategy, lights, sampler, engine }
 }
 
 /// `--reference FILE`.
@@ -157,6 +158,12 @@ pub fn reference_from_file(path: &Path, experiment: &Experiment) -> Result<Refer
             image.height,
             image.width,
             image.height
+        )));
+    }
+    if image.windows.is_some() {
+        return Err(Error::Usage(format!(
+            "--reference {}: it is a crop, or its pixels lie elsewhere than in the film; render the whole film",
+            path.display()
         )));
     }
     metrics::check(&image, &image).map_err(|fault| explain(fault, path, path))?;

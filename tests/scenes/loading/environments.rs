@@ -89,7 +89,7 @@ fn damaged_maps_never_panic() {
         for i in 0..600u32 {
             let mut bytes = whole.clone();
             // Headers are where structure is: half of all damage goes to the first 100 bytes.
-            let words = octray::sampler::random_words(i, whole.len() as u32, 1, 2);
+            let words = octray::internal::sampler::random_words(i, whole.len() as u32, 1, 2);
             let reach = if i % 2 == 0 { bytes.len().min(100) } else { bytes.len() };
             for (word, flip) in [(words[0], words[1]), (words[2], words[3])] {
                 bytes[word as usize % reach] ^= (flip >> 24) as u8;

@@ -2,7 +2,7 @@
 
 use super::common::load_obj;
 use glam::DVec3;
-use octray::import::obj::triangulate::{Cut, newell_normal, triangulate};
+use octray::internal::import::obj::triangulate::{Cut, newell_normal, triangulate};
 use proptest::prelude::*;
 
 fn cut(corners: &[DVec3]) -> (Vec<[u32; 3]>, Cut) {

@@ -3,8 +3,8 @@
 use super::shapes::{Mesh, add, cube, prism, render_sanely, skew, sphere, wedge};
 use crate::common::{Maker, small};
 use glam::DVec3;
-use octray::reference::{double, single};
-use octray::sampler::{random_words, unit};
+use octray::internal::reference::{double, single};
+use octray::internal::sampler::{random_words, unit};
 use octray::scene::desc::EnvironmentDesc;
 use octray::{PreparedScene, Settings, Strategy, render};
 

@@ -2,7 +2,7 @@
 
 use super::shapes::render_sanely;
 use crate::common::{Maker, small};
-use octray::tables::scale_limits::{LARGEST_COORDINATE, SMALLEST_SIZE};
+use octray::internal::tables::scale_limits::{LARGEST_COORDINATE, SMALLEST_SIZE};
 use octray::{PreparedScene, Settings};
 
 fn floor_and_lamp(scale: f32, shift: f32) -> Maker {

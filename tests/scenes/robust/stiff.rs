@@ -22,8 +22,9 @@ fn assert_sane(scene: &PreparedScene, what: &str) {
         for (lights, max_depth) in [(Lights::Uniform, Some(20)), (Lights::Power, Some(1)), (Lights::Power, Some(0))] {
             let settings = Settings { strategy, lights, max_depth, ..small(12, 12, 4) };
             let film = render_sanely(scene, &settings, &format!("{what}, {strategy}, {lights}, depth {max_depth:?}"));
-            let finite =
-                |p: &octray::film::Pixel| p.sum.iter().chain(&p.sum_squares).all(|x| x.is_finite() && *x >= 0.0);
+            let finite = |p: &octray::internal::film::Pixel| {
+                p.sum.iter().chain(&p.sum_squares).all(|x| x.is_finite() && *x >= 0.0)
+            };
             assert!(film.pixels.iter().all(finite), "{what}, {strategy}: sums must be finite and not negative");
         }
     }

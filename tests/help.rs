@@ -1,0 +1,47 @@
+//! `--help`: what it says is what the settings have.
+
+#[path = "common/program.rs"]
+mod program;
+
+use program::{octray, stderr};
+
+/// What `--help` of `command` says, each run of white space one blank.
+fn help_of(command: &str) -> String {
+    let output = octray(&[command, "--help"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn help_names_the_choices_and_defaults_that_settings_have() {
+    let default = octray::Settings::default();
+    let names = |all: Vec<String>| all.join(", ");
+    let lights = names(octray::Lights::ALL.iter().map(|lights| lights.to_string()).collect());
+    let samplers = names(octray::Sampler::ALL.iter().map(|sampler| sampler.to_string()).collect());
+    let depth = |depth: Option<u32>, none: &str| depth.map_or(none.to_owned(), |depth| depth.to_string());
+    let roulette = format!("or `off` [default: the scene's, else {}]", depth(default.rr_depth, "off"));
+    let events = format!("[default: the scene's, else {}]", depth(default.max_depth, "unbounded"));
+    let render = help_of("render");
+    for text in [
+        format!("chooses its light: {lights} [default: the scene's, else {}]", default.lights),
+        format!("come from: {samplers} [default: the scene's, else {}]", default.sampler),
+        format!("[default: the scene's, else {}] --lights", default.strategy),
+        format!("Samples a pixel [default: the scene's, else {};", default.spp),
+        format!("Seed of all random numbers [default: the scene's, else {}]", default.seed),
+        format!("Both give the same bits [default: {}]", default.engine),
+    ] {
+        assert!(render.contains(&text), "{text}: {render}");
+    }
+    let converge = help_of("converge");
+    for text in [
+        format!("or `all`: {lights} [default: the scene's, else {}]", default.lights),
+        format!("or `all`: {samplers} [default: the scene's, else {}]", default.sampler),
+        format!("[default: {}] --only-light", default.engine),
+    ] {
+        assert!(converge.contains(&text), "{text}: {converge}");
+    }
+    for help in [&render, &converge] {
+        assert!(help.contains(&roulette) && help.contains(&events), "{help}");
+        assert!(octray::Strategy::ALL.iter().all(|strategy| help.contains(strategy.name())), "{help}");
+    }
+}
