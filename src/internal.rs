@@ -25,6 +25,8 @@ pub mod import;
 pub mod lanes;
 #[path = "math.rs"]
 pub mod math;
+#[path = "named_choice.rs"]
+pub(crate) mod named_choice;
 #[path = "nearest.rs"]
 pub mod nearest;
 #[path = "packet/mod.rs"]

@@ -88,8 +88,8 @@ pub mod scene;
 
 // Inside the crate a room is named without the house.
 use internal::{
-    api, bvh, camera, clock, color, error, film, fingerprint, image, import, lanes, math, nearest, packet, reference,
-    render, sampler, settings, setup, stats, strategy, tables, trace,
+    api, bvh, camera, clock, color, error, film, fingerprint, image, import, lanes, math, named_choice, nearest,
+    packet, reference, render, sampler, settings, setup, stats, strategy, tables, trace,
 };
 
 pub use api::Scene;

@@ -1,6 +1,6 @@
 //! The strategies: how direct light is estimated, one row each. Every predicate and every weight derives from its row.
 
-use crate::settings::named_choice;
+use crate::named_choice::named_choice;
 
 named_choice! {
     /// How direct light is estimated: the steps of the lecture, in its order.

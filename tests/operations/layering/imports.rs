@@ -140,7 +140,9 @@ impl Sources {
                 Some(place) => format!("{folder}{place}"),
                 None => usual.iter().find(|p| texts.contains_key(*p)).expect("a declared file").clone(),
             };
-            let module = module.iter().cloned().chain([name.to_string()]).collect();
+            // `lib.rs` names the rooms that `internal.rs` declares as its own: `crate::bvh`.
+            let parent = if path == "internal.rs" { &module[..1] } else { &module[..] };
+            let module = parent.iter().cloned().chain([name.to_string()]).collect();
             self.add(&child, module, texts);
         }
     }
