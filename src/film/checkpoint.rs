@@ -5,8 +5,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::film::Film;
 use crate::film::sealed;
-use crate::film::{Film, GroupSums, Pixel};
+use crate::film::sums::{GroupSums, Pixel};
 use crate::sampler::sobol::GROUPS;
 
 const MAGIC: &str = "octray unfinished render, version 2";

@@ -3,11 +3,14 @@
 //! The film is cut into tiles; every tile owns its pixels and adds its samples in order, so threads and passes leave no
 //! trace in the picture. A pass brings every pixel to the same number of samples.
 
+mod passes;
+mod tiles;
+
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use crate::clock::Stopwatch;
-use crate::film::{ErrorSums, Film, GroupSums, NonFinite, Pixel, Place, Sums};
+use crate::film::{ErrorSums, Film, NonFinite, Place, Sums};
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
 use crate::packet::queues::{Slots, TileState};
@@ -19,19 +22,14 @@ use crate::setup::Setup;
 pub use crate::stats::{RayCounts, StageStats, Stats};
 use crate::tables::PreparedScene;
 use crate::trace::TraceVertex;
+use passes::{LEAST_SPP_FOR_ERROR, PASS_SPP, pass_length};
+use tiles::{Tile, copy_into, cut_into_tiles, fill_from};
 
 /// Paths a packet tile follows at once: their queues (about 250 bytes a path) stay in a core's L2 cache. The last bounces of
 /// a tile fill their lanes badly, so more paths are better as long as they fit: against 4096, 2048 cost 3 % on `glass`
 /// and 7 % on `builtin:heavy:200000`, 1024 4 to 7 % more; 8192 gained 2 % on `glass` and nothing elsewhere.
 pub const PATHS_AT_ONCE: usize = 4096;
 
-/// Samples a pixel in one pass, at most: progress, limits and the wish to stop are looked at between passes.
-const PASS_SPP: u32 = 64;
-/// Samples of the first pass over all pixels, at most, and seconds of the later ones: so that a wish to stop is heard.
-const FIRST_PASS_SAMPLES: u64 = 1 << 22;
-const PASS_SECONDS: f64 = 2.0;
-/// A render stops at a target error no sooner than this: fewer samples say too little about their own variance.
-const LEAST_SPP_FOR_ERROR: u32 = 16;
 /// A picture that is still black after so many samples a pixel has no relative error and is given up as it is.
 const BLACK_SPP: u32 = 1024;
 
@@ -142,80 +140,11 @@ pub fn render_from(
     finish(&job, &workers, settings, done, Stats { threads, setup_s, render_s, cpu_s, finished, ..Stats::default() })
 }
 
-/// Samples of the next pass, where `taken` samples a pixel have cost so many seconds so far. No pass is longer than
-/// [`PASS_SECONDS`] as far as can be foreseen. Under a time limit passes start at one sample and grow, so that the last one
-/// does not overshoot by more than about a tenth of the limit; on the way to a target error they end where the error is
-/// foreseen to get there.
-fn pass_length(settings: &Settings, done: u32, (taken, seconds): (u32, f64), pixels: u64, error: Option<f64>) -> u32 {
-    let mut most = (settings.spp.max(1) - done).min(PASS_SPP);
-    if taken == 0 {
-        most = most.min((FIRST_PASS_SAMPLES / pixels.max(1)).clamp(1, PASS_SPP as u64) as u32);
-    }
-    let each = (seconds / taken.max(1) as f64).max(1e-9);
-    let within = |seconds: f64| ((seconds / each) as u32).max(1);
-    if taken > 0 {
-        most = most.min(within(PASS_SECONDS));
-    }
-    if settings.target_error.is_some() && done < LEAST_SPP_FOR_ERROR {
-        most = most.min(LEAST_SPP_FOR_ERROR - done);
-    }
-    if let (Some(target), Some(error)) = (settings.target_error, error) {
-        // The variance of the mean falls as 1 / n.
-        let needed = done as f64 * ((error / target).powi(2) - 1.0);
-        most = most.min((needed.ceil() as u32).max(1));
-    }
-    match (settings.time, taken) {
-        (None, _) => most,
-        (Some(_), 0) => 1,
-        (Some(limit), _) => within(limit.as_secs_f64() * 0.1).min(most).min(taken),
-    }
-}
-
 /// The worker threads of a render: `asked`, or one for every core.
 fn thread_count(asked: usize) -> usize {
     match asked {
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
         n => n,
-    }
-}
-
-/// A rectangle of the film and what it has gathered.
-struct Tile {
-    area: Crop,
-    pixels: Vec<Pixel>,
-    /// As [`Film::groups`].
-    groups: Vec<GroupSums>,
-    nonfinite: Vec<(u32, u32, u32)>,
-    /// For the error estimate after this pass.
-    error: ErrorSums,
-}
-
-/// Tiles small enough that a pass over one fills, and does not overflow, the packet engine's queues.
-fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
-    let crop = setup.crop;
-    let (width, height) = match pass_spp {
-        8.. => (16, 16),
-        4.. => (32, 16),
-        2.. => (32, 32),
-        _ => (64, 32),
-    };
-    let mut tiles = Vec::new();
-    for y in (0..crop.height).step_by(height) {
-        for x in (0..crop.width).step_by(width) {
-            let (w, h) = ((crop.width - x).min(width as u32), (crop.height - y).min(height as u32));
-            let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
-            let Film { pixels, groups, .. } = Film::of_sampler(area, setup.sampler);
-            tiles.push(Mutex::new(Tile { area, pixels, groups, nonfinite: Vec::new(), error: ErrorSums::default() }));
-        }
-    }
-    tiles
-}
-
-/// Puts into `tile` what `film`, a picture of `crop`, holds of it.
-fn fill_from(tile: &mut Tile, film: &Film, crop: Crop) {
-    copy_out(&mut tile.pixels, &film.pixels, tile.area, crop);
-    if !tile.groups.is_empty() {
-        copy_out(&mut tile.groups, &film.groups, tile.area, crop);
     }
 }
 
@@ -339,17 +268,6 @@ impl Job<'_> {
     }
 }
 
-impl Tile {
-    fn add(&mut self, index: usize, sample: u32, radiance: [f32; 3]) {
-        if !self.pixels[index].add(radiance) {
-            let (x, y) = (index as u32 % self.area.width, index as u32 / self.area.width);
-            self.nonfinite.push((self.area.y + y, self.area.x + x, sample));
-        } else if let Some(groups) = self.groups.get_mut(index) {
-            groups.add(sample, radiance);
-        }
-    }
-}
-
 /// Addresses of `count` samples from `first` of every pixel of `area`. Slots go through blocks of 4x4 pixels, each as two
 /// halves of 4x2, sample by sample, so that eight or sixteen neighbouring lanes hold neighbouring camera rays.
 /// `pixel_of_slot` becomes each slot's pixel, counted row by row in `area`.
@@ -404,24 +322,6 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
         shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(job.setup, (x, y), sample) }).collect();
     film.metadata = metadata(job, settings, spp);
     Render { film, stats }
-}
-
-/// Puts what a tile holds of every pixel of `area` where it belongs in `crop`.
-fn copy_into<T: Copy>(film: &mut [T], tile: &[T], area: Crop, crop: Crop) {
-    for (row, pixels) in tile.chunks(area.width as usize).enumerate() {
-        let start = (area.y - crop.y) as usize + row;
-        let start = start * crop.width as usize + (area.x - crop.x) as usize;
-        film[start..start + pixels.len()].copy_from_slice(pixels);
-    }
-}
-
-/// The inverse of [`copy_into`].
-fn copy_out<T: Copy>(tile: &mut [T], film: &[T], area: Crop, crop: Crop) {
-    for (row, pixels) in tile.chunks_mut(area.width as usize).enumerate() {
-        let start = (area.y - crop.y) as usize + row;
-        let start = start * crop.width as usize + (area.x - crop.x) as usize;
-        pixels.copy_from_slice(&film[start..start + pixels.len()]);
-    }
 }
 
 /// The step of a path (told by the reference, which takes the same ones) that first made a value that is not finite.

@@ -1,0 +1,76 @@
+//! Tiles: rectangles of the film, each with the sums of its own pixels.
+
+use std::sync::Mutex;
+
+use crate::film::{ErrorSums, Film, GroupSums, Pixel};
+use crate::settings::Crop;
+use crate::setup::Setup;
+
+/// A rectangle of the film and what it has gathered.
+pub(super) struct Tile {
+    pub(super) area: Crop,
+    pub(super) pixels: Vec<Pixel>,
+    /// As [`Film::groups`].
+    pub(super) groups: Vec<GroupSums>,
+    pub(super) nonfinite: Vec<(u32, u32, u32)>,
+    /// For the error estimate after this pass.
+    pub(super) error: ErrorSums,
+}
+
+/// Tiles small enough that a pass over one fills, and does not overflow, the packet engine's queues.
+pub(super) fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
+    let crop = setup.crop;
+    let (width, height) = match pass_spp {
+        8.. => (16, 16),
+        4.. => (32, 16),
+        2.. => (32, 32),
+        _ => (64, 32),
+    };
+    let mut tiles = Vec::new();
+    for y in (0..crop.height).step_by(height) {
+        for x in (0..crop.width).step_by(width) {
+            let (w, h) = ((crop.width - x).min(width as u32), (crop.height - y).min(height as u32));
+            let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
+            let Film { pixels, groups, .. } = Film::of_sampler(area, setup.sampler);
+            tiles.push(Mutex::new(Tile { area, pixels, groups, nonfinite: Vec::new(), error: ErrorSums::default() }));
+        }
+    }
+    tiles
+}
+
+/// Puts into `tile` what `film`, a picture of `crop`, holds of it.
+pub(super) fn fill_from(tile: &mut Tile, film: &Film, crop: Crop) {
+    copy_out(&mut tile.pixels, &film.pixels, tile.area, crop);
+    if !tile.groups.is_empty() {
+        copy_out(&mut tile.groups, &film.groups, tile.area, crop);
+    }
+}
+
+impl Tile {
+    pub(super) fn add(&mut self, index: usize, sample: u32, radiance: [f32; 3]) {
+        if !self.pixels[index].add(radiance) {
+            let (x, y) = (index as u32 % self.area.width, index as u32 / self.area.width);
+            self.nonfinite.push((self.area.y + y, self.area.x + x, sample));
+        } else if let Some(groups) = self.groups.get_mut(index) {
+            groups.add(sample, radiance);
+        }
+    }
+}
+
+/// Puts what a tile holds of every pixel of `area` where it belongs in `crop`.
+pub(super) fn copy_into<T: Copy>(film: &mut [T], tile: &[T], area: Crop, crop: Crop) {
+    for (row, pixels) in tile.chunks(area.width as usize).enumerate() {
+        let start = (area.y - crop.y) as usize + row;
+        let start = start * crop.width as usize + (area.x - crop.x) as usize;
+        film[start..start + pixels.len()].copy_from_slice(pixels);
+    }
+}
+
+/// The inverse of [`copy_into`].
+fn copy_out<T: Copy>(tile: &mut [T], film: &[T], area: Crop, crop: Crop) {
+    for (row, pixels) in tile.chunks_mut(area.width as usize).enumerate() {
+        let start = (area.y - crop.y) as usize + row;
+        let start = start * crop.width as usize + (area.x - crop.x) as usize;
+        pixels.copy_from_slice(&film[start..start + pixels.len()]);
+    }
+}
