@@ -6,4 +6,5 @@ mod program;
 mod cli;
 mod converge;
 mod diff;
+mod help;
 mod images;

@@ -1,9 +1,6 @@
 //! `--help`: what it says is what the settings have.
 
-#[path = "common/program.rs"]
-mod program;
-
-use program::{octray, stderr};
+use crate::program::{octray, stderr};
 
 /// What `--help` of `command` says, each run of white space one blank.
 fn help_of(command: &str) -> String {
