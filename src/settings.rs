@@ -1,6 +1,5 @@
 //! What a render is asked to do: strategy, light selection, sampler, depth, roulette, engine.
 
-use crate::error::Error;
 use crate::named_choice::named_choice;
 use crate::strategy::Strategy;
 use std::time::Duration;
@@ -117,58 +116,3 @@ impl Default for Settings {
 pub const MAX_FILM_SIDE: u32 = 65_535;
 /// Most pixels one render may hold: its film then takes 12 GiB, or 36 GiB with the groups of the `sobol` sampler.
 pub const MAX_FILM_PIXELS: u64 = 1 << 28;
-
-impl Settings {
-    /// The film's size for a scene whose own film is `scene_film` (width, height). An error if it has too many columns or
-    /// rows, or none.
-    pub fn film_size(&self, scene_film: (u32, u32)) -> Result<(u32, u32), Error> {
-        let (width, height) = (self.width.unwrap_or(scene_film.0), self.height.unwrap_or(scene_film.1));
-        if !(1..=MAX_FILM_SIDE).contains(&width) || !(1..=MAX_FILM_SIDE).contains(&height) {
-            return Err(Error::Usage(format!(
-                "a film of {width} x {height} pixels: width and height must be between 1 and {MAX_FILM_SIDE}"
-            )));
-        }
-        Ok((width, height))
-    }
-
-    /// The film's size, and the part of it to render, for a scene whose own film is `scene_film` (width, height).
-    /// An error if the crop is empty or leaves the film, or if there are more pixels than a render may hold.
-    pub fn film_and_crop(&self, scene_film: (u32, u32)) -> Result<((u32, u32), Crop), Error> {
-        let (width, height) = self.film_size(scene_film)?;
-        let crop = self.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
-        let inside = |start: u32, size: u32, film: u32| size > 0 && start as u64 + size as u64 <= film as u64;
-        if !inside(crop.x, crop.width, width) || !inside(crop.y, crop.height, height) {
-            return Err(Error::Usage(format!(
-                "crop {},{},{},{} does not lie in the film of {width} x {height} pixels: X + W and Y + H must not \
-                 exceed it, W and H must be at least 1",
-                crop.x, crop.y, crop.width, crop.height
-            )));
-        }
-        if crop.width as u64 * crop.height as u64 > MAX_FILM_PIXELS {
-            return Err(Error::Usage(format!(
-                "{} x {} pixels are more than one render may hold ({MAX_FILM_PIXELS}); render it in crops",
-                crop.width, crop.height
-            )));
-        }
-        Ok(((width, height), crop))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_crop_must_lie_in_the_film() {
-        let crop = |x, y, width, height| Settings { crop: Some(Crop { x, y, width, height }), ..Settings::default() };
-        let film = (8, 4);
-        assert_eq!(Settings::default().film_and_crop(film).unwrap().1, Crop { x: 0, y: 0, width: 8, height: 4 });
-        assert!(crop(7, 3, 1, 1).film_and_crop(film).is_ok());
-        for settings in [crop(8, 0, 1, 1), crop(0, 4, 1, 1), crop(0, 0, 0, 1), crop(u32::MAX, 0, u32::MAX, 1)] {
-            assert!(settings.film_and_crop(film).unwrap_err().to_string().contains("film of 8 x 4"));
-        }
-        assert!(crop(8, 0, 1, 1).film_and_crop((9, 1)).is_ok());
-        assert!(Settings { width: Some(0), ..Settings::default() }.film_and_crop(film).is_err());
-        assert!(Settings::default().film_and_crop((65_535, 65_535)).is_err());
-    }
-}

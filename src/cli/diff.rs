@@ -4,8 +4,8 @@ use crate::cli::output::{JsonArgs, table};
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::{Bounds, Format, Image, check_output_path};
-use crate::report::heatmap::{Canvas, Scale};
-use crate::report::metrics::{Fault, Metrics, compare, relative_errors};
+use crate::report::measure::metrics::{Fault, Metrics, compare, relative_errors};
+use crate::report::write::heatmap::{Canvas, Scale};
 use std::path::{Path, PathBuf};
 
 /// Printed below the flags.

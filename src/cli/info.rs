@@ -78,7 +78,7 @@ fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) 
         features: prepared.features,
         triangles: prepared.triangles.len(),
         lights: prepared.emitters.len() + prepared.environment.is_some() as usize,
-        film: setup.film,
+        film: setup.frame.film,
         tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
         strategy: settings.strategy.name(),
         sampler: settings.sampler.name(),

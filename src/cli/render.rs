@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::image::check_output_path;
 use crate::render::{Render, render_from};
 use crate::settings::{Crop, Engine, Settings};
+use crate::setup::frame::Frame;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -72,8 +73,8 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     check_outputs(args)?;
     let scene = Scene::load(&args.scene)?;
     let mut settings = settings(args, &scene);
-    let (film, crop) = settings.film_and_crop(scene.desc.film)?;
-    let state = State::new(&args.output[0], &scene.desc, &settings, (film, crop));
+    let frame = Frame::new(&settings, scene.desc.film)?;
+    let state = State::new(&args.output[0], &scene.desc, &settings, &frame);
     let start = state.read(&mut settings)?;
     let start_spp = start.as_ref().map_or(0, |film| film.spp);
     let mut warnings = scene.desc.warnings.clone();
@@ -105,8 +106,7 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
         }
     }
     if let Some(path) = &args.stats
-        && let Err(error) =
-            write_json(path, &Report::new(&prepared, &settings, (film, crop), &render, start_spp, &warnings))
+        && let Err(error) = write_json(path, &Report::new(&prepared, &settings, &frame, &render, start_spp, &warnings))
     {
         report(&error);
         complete = false;

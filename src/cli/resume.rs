@@ -8,38 +8,27 @@ use crate::film::checkpoint::Unfinished;
 use crate::render::Render;
 use crate::scene::SceneDesc;
 use crate::scene::fingerprint;
-use crate::settings::{Crop, Settings};
+use crate::settings::Settings;
+use crate::setup::frame::Frame;
+use crate::setup::recipe::Recipe;
 use std::path::{Path, PathBuf};
 
 /// The file that an interrupted render leaves, and what decides whether another render may go on from it.
 pub struct State {
     path: PathBuf,
-    settings: Vec<(String, String)>,
+    recipe: Recipe,
     /// Seconds that earlier calls have taken.
     seconds: std::cell::Cell<f64>,
 }
 
 impl State {
     /// That of a render to `output`.
-    pub fn new(output: &Path, scene: &SceneDesc, settings: &Settings, (film, crop): ((u32, u32), Crop)) -> State {
+    pub fn new(output: &Path, scene: &SceneDesc, settings: &Settings, frame: &Frame) -> State {
         let mut path = output.as_os_str().to_owned();
         path.push(".unfinished");
-        let depth = |depth: Option<u32>, none: &str| depth.map_or(none.to_owned(), |depth| depth.to_string());
-        let settings = [
-            ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("scene", scene.name.clone()),
-            ("content of the scene", format!("{:016x}", fingerprint::scene(scene))),
-            ("strategy", settings.strategy.to_string()),
-            ("lights", settings.lights.to_string()),
-            ("sampler", settings.sampler.to_string()),
-            ("seed", settings.seed.to_string()),
-            ("max-depth", depth(settings.max_depth, "unbounded")),
-            ("rr-depth", depth(settings.rr_depth, "off")),
-            ("film", format!("{} x {}", film.0, film.1)),
-            ("crop", format!("{},{},{},{}", crop.x, crop.y, crop.width, crop.height)),
-        ];
-        let settings = settings.map(|(name, value)| (name.to_owned(), value)).to_vec();
-        State { path: path.into(), settings, seconds: std::cell::Cell::new(0.0) }
+        let content = format!("{:016x}", fingerprint::scene(scene));
+        let recipe = Recipe::new(&scene.name, settings, frame).and("content of the scene", content);
+        State { path: path.into(), recipe, seconds: std::cell::Cell::new(0.0) }
     }
 
     /// What there is to go on from; `settings.time` is cut by what has been used of it.
@@ -52,7 +41,7 @@ impl State {
         }
         let found = checkpoint::read(&self.path)?;
         let path = self.path.display();
-        let differs = self.settings.iter().zip(&found.settings).find(|(own, theirs)| own != theirs);
+        let differs = self.recipe.0.iter().zip(&found.settings).find(|(own, theirs)| own != theirs);
         if let Some(((name, own), (_, theirs))) = differs {
             return Err(Error::Usage(format!(
                 "{path}: an unfinished render with {name} {theirs}, and this one has {own}; finish it first, delete that \
@@ -79,7 +68,7 @@ impl State {
         let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
         let done = film.spp;
         let seconds = self.seconds.get() + render.stats.render_s;
-        checkpoint::write(&self.path, &Unfinished { settings: self.settings.clone(), seconds, film })?;
+        checkpoint::write(&self.path, &Unfinished { settings: self.recipe.0.clone(), seconds, film })?;
         let path = self.path.display();
         warn(&format!("stopped after {done}{of} samples a pixel; the same command goes on from there ({path})"));
         Ok(())

@@ -2,7 +2,8 @@
 
 use crate::lanes::simd_level;
 use crate::render::{RayCounts, Render, StageStats};
-use crate::settings::{Crop, Settings};
+use crate::settings::Settings;
+use crate::setup::frame::Frame;
 use crate::tables::PreparedScene;
 use serde::Serialize;
 
@@ -74,7 +75,7 @@ impl<'a> Report<'a> {
     pub fn new(
         scene: &'a PreparedScene,
         settings: &Settings,
-        (film, crop): ((u32, u32), Crop),
+        &Frame { film, crop }: &Frame,
         render: &'a Render,
         resumed_from_spp: u32,
         warnings: &'a [String],

@@ -11,6 +11,7 @@ use crate::packet;
 use crate::packet::plan::Plan;
 use crate::reference::{path_steps, single};
 use crate::setup::Setup;
+use crate::setup::frame::film_size;
 use crate::trace::{PathStep, TraceVertex, Value, first_difference};
 use std::path::PathBuf;
 
@@ -38,7 +39,7 @@ pub fn run(args: &TraceArgs) -> Result<u8> {
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
     args.film.apply(&mut settings);
-    let (width, height) = settings.film_size(scene.desc.film)?;
+    let (width, height) = film_size(&settings, scene.desc.film)?;
     let [x, y] = args.pixel;
     if x >= width || y >= height {
         return Err(Error::Usage(format!(

@@ -19,6 +19,7 @@ use crate::reference::single;
 use crate::sampler::pixel_address;
 use crate::settings::{Crop, Engine, Settings};
 use crate::setup::Setup;
+use crate::setup::recipe::Recipe;
 pub use crate::stats::{RayCounts, StageStats, Stats};
 use crate::tables::PreparedScene;
 use crate::trace::TraceVertex;
@@ -90,14 +91,14 @@ pub fn render_from(
     let mut done = 0;
     if let Some(film) = start {
         let own = |tile: &mut Mutex<Tile>| {
-            fill_from(tile.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner()), film, setup.crop);
+            fill_from(tile.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner()), film, setup.frame.crop);
         };
         tiles.iter_mut().for_each(own);
         done = film.spp;
     }
     let threads = thread_count(settings.threads).min(tiles.len());
     let watch = Stopwatch::start();
-    let pixels = setup.crop.width as u64 * setup.crop.height as u64;
+    let pixels = setup.frame.crop.width as u64 * setup.frame.crop.height as u64;
     let job = Job {
         setup: &setup,
         plan: &plan,
@@ -294,12 +295,12 @@ pub fn fill_slots(slots: &mut Slots, pixel_of_slot: &mut Vec<u32>, area: Crop, f
 
 /// Tiles to film, counters to statistics.
 fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stats: Stats) -> Render {
-    let crop = job.setup.crop;
+    let crop = job.setup.frame.crop;
     let mut film = Film::of_sampler(crop, settings.sampler);
     film.spp = spp;
     let Crop { x, y, width, height } = crop;
-    let whole = (x, y, (width, height)) == (0, 0, job.setup.film);
-    film.place = (!whole).then_some(Place { x, y, film: job.setup.film });
+    let whole = (x, y, (width, height)) == (0, 0, job.setup.frame.film);
+    film.place = (!whole).then_some(Place { x, y, film: job.setup.frame.film });
     let mut nonfinite = Vec::new();
     for tile in &job.tiles {
         let tile = tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -320,7 +321,8 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     let shown = nonfinite.iter().take(NONFINITE_SHOWN);
     stats.nonfinite_samples =
         shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(job.setup, (x, y), sample) }).collect();
-    film.metadata = metadata(job, settings, spp);
+    let recipe = Recipe::new(&job.setup.scene.name, settings, &job.setup.frame);
+    film.metadata = recipe.and("spp", spp.to_string()).0;
     Render { film, stats }
 }
 
@@ -333,26 +335,4 @@ fn stage_of(setup: &Setup, pixel: (u32, u32), sample: u32) -> &'static str {
         }
     });
     stage.unwrap_or("film")
-}
-
-/// What made the picture, for image headers.
-fn metadata(job: &Job, settings: &Settings, spp: u32) -> Vec<(String, String)> {
-    let depth = |depth: Option<u32>, none: &str| depth.map_or(none.to_string(), |d| d.to_string());
-    let (width, height) = job.setup.film;
-    let Crop { x, y, width: w, height: h } = job.setup.crop;
-    [
-        ("software", concat!("octray ", env!("CARGO_PKG_VERSION")).to_string()),
-        ("scene", job.setup.scene.name.clone()),
-        ("strategy", settings.strategy.to_string()),
-        ("lights", settings.lights.to_string()),
-        ("sampler", settings.sampler.to_string()),
-        ("spp", spp.to_string()),
-        ("seed", settings.seed.to_string()),
-        ("max_depth", depth(settings.max_depth, "unbounded")),
-        ("rr_depth", depth(settings.rr_depth, "off")),
-        ("film", format!("{width}x{height}")),
-        ("crop", format!("{x},{y},{w},{h}")),
-    ]
-    .map(|(key, value)| (key.to_string(), value))
-    .to_vec()
 }

@@ -19,7 +19,7 @@ pub(super) struct Tile {
 
 /// Tiles small enough that a pass over one fills, and does not overflow, the packet engine's queues.
 pub(super) fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
-    let crop = setup.crop;
+    let crop = setup.frame.crop;
     let (width, height) = match pass_spp {
         8.. => (16, 16),
         4.. => (32, 16),

@@ -3,13 +3,14 @@
 //! **Law:** nothing here knows of flags, terminals or exit codes, and nothing here decides anything in a render. Metrics and
 //! statistics are plain f64 on whole pictures, written from their definitions.
 //!
-//! Data flows one way: [`experiment`] runs what is asked for, interleaved, and [`measure`]s each run against a [`mod@reference`];
-//! [`analysis`] turns runs into findings by means of [`statistics`]; [`words`], [`figures`] and [`plot`], [`page`] and
-//! [`results`] say them.
+//! Data flows one way: [`measure::experiment`] runs what is asked for, interleaved, and takes each run's error
+//! ([`measure::run_error`]) against a truth ([`measure::reference`]); [`analysis::findings`] turns runs into findings by means
+//! of [`analysis::statistics`]; [`write::words`], [`write::figures`] and [`write::plot`], [`write::page`] and
+//! [`write::results`] say them.
 //!
 //! # How to read a report
 //!
-//! **The error** is the root of relMSE (see [`metrics`]): 5 % means that pixels are off by about 5 % of what they should
+//! **The error** is the root of relMSE (see [`measure::metrics`]): 5 % means that pixels are off by about 5 % of what they should
 //! show, black ones counting with a floor of 0.1. It is measured against a reference, not guessed from the samples.
 //!
 //! **The plots** have logarithmic axes, on which the law of random sampling, error = c / sqrt(n), is a straight line of
@@ -30,7 +31,7 @@
 //! **Bias** is the difference of the mean of all pictures of a configuration from the reference's mean. Its score z is that
 //! over its standard error. Noise stays within 3; beyond 5 the strategy is called biased. All strategies share one reference,
 //! whose own mean is a little off by chance: so the scores of good strategies lean to the same side. A strategy that is exact
-//! and still too dark, with its noise in few pixels, is called undersampled ([`analysis::Verdict`]): what no sample has found,
+//! and still too dark, with its noise in few pixels, is called undersampled ([`analysis::findings::Verdict`]): what no sample has found,
 //! no standard error knows.
 //!
 //! **Seconds** are CPU seconds of all threads, of rendering alone; wall seconds of every run are in `converge.csv`. On a busy
@@ -40,19 +41,5 @@
 //! compiler a condition of building octray.
 
 pub mod analysis;
-pub mod bias;
-pub mod closed_form;
-pub mod equal_time;
-pub mod experiment;
-pub mod figures;
-pub mod heatmap;
-pub mod machine;
 pub mod measure;
-pub mod metrics;
-pub mod page;
-pub mod plot;
-pub mod reference;
-pub mod results;
-pub mod statistics;
-pub mod tables;
-pub mod words;
+pub mod write;

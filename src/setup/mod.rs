@@ -1,7 +1,12 @@
 //! What both engines are told about one render: the prepared scene plus everything settings decide.
 
+pub mod frame;
+pub mod recipe;
+
+use frame::Frame;
+
 use crate::camera::Camera;
-use crate::settings::{Crop, DEPTH_GUARD, MAX_FILM_SIDE, Sampler, Settings};
+use crate::settings::{DEPTH_GUARD, Sampler, Settings};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
 use crate::tables::lights::table::LightTable;
@@ -24,20 +29,15 @@ pub struct Setup<'a> {
     pub sampler: Sampler,
     /// Seed of all random numbers.
     pub seed: u32,
-    /// Size of the whole film (width, height).
-    pub film: (u32, u32),
-    /// The part that is rendered.
-    pub crop: Crop,
+    /// The film and the part of it that is rendered.
+    pub frame: Frame,
 }
 
 impl<'a> Setup<'a> {
     /// Resolves `settings` for `scene`. A crop is cut to the film.
     pub fn new(scene: &'a PreparedScene, settings: &Settings) -> Setup<'a> {
-        let width = settings.width.unwrap_or(scene.film.0).clamp(1, MAX_FILM_SIDE);
-        let height = settings.height.unwrap_or(scene.film.1).clamp(1, MAX_FILM_SIDE);
-        let crop = settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
-        let (x, y) = (crop.x.min(width - 1), crop.y.min(height - 1));
-        let crop = Crop { x, y, width: crop.width.clamp(1, width - x), height: crop.height.clamp(1, height - y) };
+        let frame = Frame::nearest(settings, scene.film);
+        let (width, height) = frame.film;
         Setup {
             scene,
             // Only weights by density make up for what compensated light samples leave to the BSDF.
@@ -48,8 +48,7 @@ impl<'a> Setup<'a> {
             rr_depth: settings.rr_depth.unwrap_or(u32::MAX),
             sampler: settings.sampler,
             seed: settings.seed,
-            film: (width, height),
-            crop,
+            frame,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::program::{Place, octray, stderr};
 use octray::internal::image::{Bounds, Image};
-use octray::report::metrics::compare;
+use octray::report::measure::metrics::compare;
 use std::fs;
 use std::path::Path;
 use std::process::Output;

@@ -154,7 +154,8 @@ fn unpacked(archive: &str) -> Option<tempfile::TempDir> {
 fn false_hits(scene: &PreparedScene, settings: &Settings) -> (u64, u64) {
     let setup = octray::internal::setup::Setup::new(scene, settings);
     let (mut bounces, mut again) = (0, 0);
-    for pixel in (0..setup.film.0 * setup.film.1).map(|i| (i % setup.film.0, i / setup.film.0)) {
+    for pixel in (0..setup.frame.film.0 * setup.frame.film.1).map(|i| (i % setup.frame.film.0, i / setup.frame.film.0))
+    {
         let mut last = u32::MAX;
         octray::internal::reference::single::path::trace_path(
             &setup,

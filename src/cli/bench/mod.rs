@@ -20,6 +20,7 @@ use crate::error::Result;
 use crate::lanes::simd_level;
 use crate::render::render;
 use crate::settings::{Engine, Settings};
+use crate::setup::frame::Frame;
 use crate::tables::PreparedScene;
 use measure::{Case, Row, interleave, share};
 use rays::RaySet;
@@ -64,7 +65,7 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
         time: None,
         ..settings
     };
-    settings.film_and_crop(scene.desc.film)?;
+    Frame::new(&settings, scene.desc.film)?;
     let prepared = prepare(&scene)?;
     let sets = rays::record(&prepared, &settings);
     let yardstick = Yardstick::new(&prepared);

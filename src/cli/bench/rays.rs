@@ -59,7 +59,7 @@ pub fn record(scene: &PreparedScene, settings: &Settings) -> Vec<RaySet> {
     let mut shadow_1 = set("shadow 1", RayKind::Bounce);
     let mut bounce_1 = set("bounce 1", RayKind::Bounce);
     let mut bounce_3 = set("bounce 3", RayKind::Bounce);
-    let (width, height) = setup.film;
+    let (width, height) = setup.frame.film;
     let corners =
         (0..height).step_by(TILE.1 as usize).flat_map(|y| (0..width).step_by(TILE.0 as usize).map(move |x| (x, y)));
     for (x, y) in corners {

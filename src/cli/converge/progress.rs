@@ -2,10 +2,10 @@
 
 use crate::cli::converge::of_case;
 use crate::cli::output::table;
-use crate::report::analysis::Finding;
-use crate::report::experiment::Experiment;
-use crate::report::reference::PARTS;
-use crate::report::words::{significant, tag};
+use crate::report::analysis::findings::Finding;
+use crate::report::measure::experiment::Experiment;
+use crate::report::measure::reference::PARTS;
+use crate::report::write::words::{significant, tag};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::Path;

@@ -8,12 +8,13 @@ use crate::cli::diff::explain;
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::Image;
-use crate::report::experiment::{Budget, Case, Configuration, Experiment};
-use crate::report::measure::Region;
-use crate::report::metrics;
-use crate::report::reference::{Reference, Source};
+use crate::report::measure::experiment::{Budget, Case, Configuration, Experiment};
+use crate::report::measure::metrics;
+use crate::report::measure::run_error::Region;
+use crate::report::measure::truth::{Reference, Source};
 use crate::scene::SceneDesc;
 use crate::settings::{Crop, Settings};
+use crate::setup::frame::Frame;
 use std::path::Path;
 
 /// `[NAME=]X,Y,W,H`.
@@ -39,7 +40,7 @@ pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
         threads: args.threads.unwrap_or(0) as usize,
         ..of_scene
     };
-    let (film, _) = settings.film_and_crop(scene.desc.film)?;
+    let film = Frame::new(&settings, scene.desc.film)?.film;
     let mut configurations = Vec::new();
     for &engine in args.engine.as_ref().map_or(&[settings.engine][..], |list| &list.0) {
         for &sampler in args.sampler.as_ref().map_or(&[settings.sampler][..], |list| &list.0) {
@@ -70,7 +71,7 @@ fn budgets(args: &ConvergeArgs) -> Vec<Budget> {
 
 fn checked_region(name: &str, area: Crop, film: (u32, u32)) -> Result<Region> {
     let whole = Settings { width: Some(film.0), height: Some(film.1), crop: Some(area), ..Settings::default() };
-    let inside = whole.film_and_crop(film).map_err(|error| Error::Usage(format!("--region {name}: {error}")));
+    let inside = Frame::new(&whole, film).map_err(|error| Error::Usage(format!("--region {name}: {error}")));
     inside.map(|_| Region { name: name.to_owned(), area })
 }
 

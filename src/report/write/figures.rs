@@ -1,8 +1,8 @@
 //! Findings as plots.
 
-use crate::report::analysis::{Finding, Point};
-use crate::report::plot::{Mark, Plot, Series};
-use crate::report::words::{Words, tag};
+use crate::report::analysis::findings::{Finding, Point};
+use crate::report::write::plot::{Mark, Plot, Series};
+use crate::report::write::words::{Words, tag};
 use crate::strategy::Strategy;
 
 /// Error against CPU seconds and against samples a pixel.

@@ -1,8 +1,8 @@
 //! Findings in plain sentences.
 
-use crate::report::analysis::{BIAS_Z, Finding, Law, Verdict, sample_ratio};
-use crate::report::experiment::Experiment;
-use crate::report::statistics::Interval;
+use crate::report::analysis::findings::{BIAS_Z, Finding, Law, Verdict, sample_ratio};
+use crate::report::analysis::statistics::Interval;
+use crate::report::measure::experiment::Experiment;
 use crate::strategy::Strategy;
 
 /// The findings of one case, with what sentences about them need.

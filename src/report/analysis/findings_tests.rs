@@ -1,7 +1,7 @@
 //! Synthetic experiments whose answers are known.
 
 use super::*;
-use crate::report::measure::{Measured, TILES, measure};
+use crate::report::measure::run_error::{Measured, TILES, measure};
 use crate::sampler::{random_words, unit};
 
 const SIDE: u32 = 32;

@@ -4,18 +4,18 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::report::analysis::Finding;
-use crate::report::equal_time::Shown;
-use crate::report::experiment::{Budget, Case, Experiment, Measurements};
-use crate::report::figures;
-use crate::report::heatmap::{Canvas, Scale};
-use crate::report::machine::Machine;
-use crate::report::plot;
-use crate::report::plot::{Layout, Plot};
-use crate::report::reference::{Reference, Source};
-use crate::report::results::noise;
-use crate::report::tables;
-use crate::report::words::{Words, percent, seconds, tag};
+use crate::report::analysis::equal_time::Shown;
+use crate::report::analysis::findings::Finding;
+use crate::report::measure::experiment::{Budget, Case, Experiment, Measurements};
+use crate::report::measure::machine::Machine;
+use crate::report::measure::truth::{Reference, Source};
+use crate::report::write::figures;
+use crate::report::write::heatmap::{Canvas, Scale};
+use crate::report::write::plot;
+use crate::report::write::plot::{Layout, Plot};
+use crate::report::write::results::noise;
+use crate::report::write::tables;
+use crate::report::write::words::{Words, percent, seconds, tag};
 
 /// What a page is made of.
 pub struct Page<'a> {

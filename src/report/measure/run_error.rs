@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::image::Image;
-use crate::report::metrics::{FLOOR, variance_of_channel_mean};
+use crate::report::measure::metrics::{FLOOR, variance_of_channel_mean};
 use crate::settings::Crop;
 
 /// The picture is cut into this many columns and rows of tiles, the strata of the bootstrap.
@@ -166,7 +166,7 @@ impl Pool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::metrics::compare;
+    use crate::report::measure::metrics::compare;
     use crate::sampler::{random_words, unit};
 
     fn noisy(seed: u32, width: u32, height: u32, variance: f32) -> Image {

@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use crate::image::Image;
-use crate::report::bias::bias_of;
-use crate::report::experiment::{Budget, Experiment, Measurements, Run};
-use crate::report::measure::Pool;
-use crate::report::reference::Reference;
-use crate::report::statistics::{
+use crate::report::analysis::bias::bias_of;
+use crate::report::analysis::statistics::{
     Fit, FitPoint, Interval, bootstrap_means, deviation, fit, mean, percentile_interval, simultaneous_95,
 };
+use crate::report::measure::experiment::{Budget, Experiment, Measurements, Run};
+use crate::report::measure::run_error::Pool;
+use crate::report::measure::truth::Reference;
 
 /// Bootstrap replicates of every figure.
 const REPLICATES: u32 = 1000;
@@ -330,5 +330,5 @@ pub fn sample_ratio(this: &Finding, other: &Finding) -> Option<(f64, Option<Inte
 }
 
 #[cfg(test)]
-#[path = "analysis_tests.rs"]
+#[path = "findings_tests.rs"]
 mod tests;

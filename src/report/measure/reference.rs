@@ -3,52 +3,14 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde::Serialize;
-
 use crate::image::Image;
 use crate::render::render_with;
-use crate::report::closed_form;
-use crate::report::experiment::{Budget, Case, Configuration, Experiment, REFERENCE_SEEDS};
+use crate::report::measure::closed_form;
+use crate::report::measure::experiment::{Budget, Case, Configuration, Experiment, REFERENCE_SEEDS};
+use crate::report::measure::truth::{Reference, Source};
 use crate::scene::fingerprint;
-
-/// Where a reference comes from.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case", tag = "kind")]
-pub enum Source {
-    /// Worked out on paper; exact.
-    ClosedForm,
-    /// Read from a file; exact unless the file has variance layers.
-    File {
-        /// Its path.
-        path: String,
-    },
-    /// Rendered, with seeds that no run has.
-    Rendered {
-        /// The strategy; it is exact.
-        strategy: &'static str,
-        /// Its light selection.
-        lights: &'static str,
-        /// Its sampler.
-        sampler: &'static str,
-        /// Samples a pixel.
-        spp: u32,
-        /// Wall seconds it took.
-        seconds: f64,
-        /// CPU seconds it took.
-        cpu_seconds: f64,
-        /// It was taken from an earlier call.
-        cached: bool,
-    },
-}
-
-/// A reference.
-#[derive(Clone, Debug)]
-pub struct Reference {
-    /// The picture; its variance layers are its noise, none: exact.
-    pub image: Image,
-    /// Where it comes from.
-    pub source: Source,
-}
+use crate::setup::frame::Frame;
+use crate::setup::recipe::Recipe;
 
 /// Parts a rendered reference is made of; their spread is its noise, whatever the sampler.
 pub const PARTS: u32 = 8;
@@ -64,19 +26,12 @@ pub fn closed_form(case: &Case, experiment: &Experiment) -> Option<Reference> {
 
 /// What decides a rendered reference's every bit, as text; a cached one is taken if its text is the same.
 pub fn key(case: &Case, experiment: &Experiment, how: Configuration, budget: Budget) -> String {
-    let s = &experiment.settings;
-    let (width, height) = experiment.film();
-    format!(
-        "{} scene {:016x} film {width}x{height} depth {:?} roulette {:?} seed {} {}/{}/{} {budget:?} in {PARTS}",
-        env!("CARGO_PKG_VERSION"),
-        fingerprint::scene(&case.desc),
-        s.max_depth,
-        s.rr_depth,
-        s.seed,
-        how.strategy,
-        how.lights,
-        how.sampler,
-    )
+    let settings = experiment.settings_of(how, budget, experiment.settings.seed);
+    let frame = Frame::nearest(&settings, experiment.film());
+    let recipe = Recipe::new(&case.desc.name, &settings, &frame)
+        .and("content of the scene", format!("{:016x}", fingerprint::scene(&case.desc)))
+        .and("budget", format!("{budget:?} in {PARTS}"));
+    recipe.line()
 }
 
 /// Renders the reference of `case`: `budget` in all, in [`PARTS`] parts with a seed each. `None` if `stop` was set.
@@ -151,7 +106,10 @@ pub fn keep(reference: &Reference, key: &str, path: &Path) -> crate::Result<()> 
 pub fn kept(path: &Path, key: &str, how: Configuration) -> Option<Reference> {
     let mut image = Image::read(path).ok()?;
     let text = |name: &str| image.metadata.iter().find(|(key, _)| key == name).map(|(_, value)| value.clone());
-    if text("reference")? != key || image.variance.is_none() || crate::report::metrics::check(&image, &image).is_err() {
+    if text("reference")? != key
+        || image.variance.is_none()
+        || crate::report::measure::metrics::check(&image, &image).is_err()
+    {
         return None;
     }
     let source = Source::Rendered {

@@ -20,12 +20,12 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use crate::report::analysis::Finding;
-use crate::report::equal_time::Shown;
-use crate::report::experiment::{Budget, Experiment, Measurements, Run};
-use crate::report::machine::Machine;
-use crate::report::metrics::FLOOR;
-use crate::report::reference::{Reference, Source};
+use crate::report::analysis::equal_time::Shown;
+use crate::report::analysis::findings::Finding;
+use crate::report::measure::experiment::{Budget, Experiment, Measurements, Run};
+use crate::report::measure::machine::Machine;
+use crate::report::measure::metrics::FLOOR;
+use crate::report::measure::truth::{Reference, Source};
 
 /// Everything a `converge` call found.
 #[derive(Serialize)]
@@ -143,13 +143,13 @@ impl<'a> Results<'a> {
         finished: bool,
     ) -> Results<'a> {
         let settings = &experiment.settings;
-        let region = |r: &'a crate::report::measure::Region| {
+        let region = |r: &'a crate::report::measure::run_error::Region| {
             let area = r.area;
             RegionRow { name: &r.name, x: area.x, y: area.y, width: area.width, height: area.height }
         };
-        let case = |(case, reference): (&'a crate::report::experiment::Case, &'a Reference)| {
+        let case = |(case, reference): (&'a crate::report::measure::experiment::Case, &'a Reference)| {
             let (noise_mse, noise_relmse) = noise(reference);
-            let mean = crate::report::metrics::mean(&reference.image.pixels);
+            let mean = crate::report::measure::metrics::mean(&reference.image.pixels);
             CaseRow { light: &case.light, reference: &reference.source, noise_mse, noise_relmse, mean }
         };
         Results {
@@ -182,7 +182,7 @@ fn budget(budget: &Budget) -> serde_json::Value {
     }
 }
 
-fn configuration(of: &crate::report::experiment::Configuration) -> ConfigurationRow {
+fn configuration(of: &crate::report::measure::experiment::Configuration) -> ConfigurationRow {
     ConfigurationRow {
         strategy: of.strategy.name(),
         lights: of.lights.name(),

@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::film::Film;
 use crate::render::render_with;
-use crate::report::analysis::Finding;
-use crate::report::experiment::{Budget, Experiment};
-use crate::report::measure::measure;
-use crate::report::metrics::relative_errors;
-use crate::report::reference::Reference;
+use crate::report::analysis::findings::Finding;
+use crate::report::measure::experiment::{Budget, Experiment};
+use crate::report::measure::metrics::relative_errors;
+use crate::report::measure::run_error::measure;
+use crate::report::measure::truth::Reference;
 
 /// A picture of the report.
 pub struct Shown {

@@ -1,10 +1,10 @@
 //! The bias of many runs together: the one figure that more samples do not lower.
 
 use crate::image::Image;
-use crate::report::experiment::Run;
-use crate::report::measure::Pool;
-use crate::report::metrics::{FLOOR, variance_of_channel_mean};
-use crate::report::statistics::{deviation, mean};
+use crate::report::analysis::statistics::{deviation, mean};
+use crate::report::measure::experiment::Run;
+use crate::report::measure::metrics::{FLOOR, variance_of_channel_mean};
+use crate::report::measure::run_error::Pool;
 
 /// How far the expected picture is from the reference.
 pub struct Bias {

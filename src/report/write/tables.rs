@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use crate::report::analysis::{Finding, Verdict, sample_ratio};
-use crate::report::words::{Words, exponent, last_error, percent, seconds, significant, tag, target};
+use crate::report::analysis::findings::{Finding, Verdict, sample_ratio};
+use crate::report::write::words::{Words, exponent, last_error, percent, seconds, significant, tag, target};
 use crate::strategy::Strategy;
 
 /// Efficiency, error, slope, bias: a row a configuration.

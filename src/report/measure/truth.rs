@@ -1,0 +1,44 @@
+//! The truth that runs are compared with.
+
+use serde::Serialize;
+
+use crate::image::Image;
+
+/// Where a reference comes from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "kind")]
+pub enum Source {
+    /// Worked out on paper; exact.
+    ClosedForm,
+    /// Read from a file; exact unless the file has variance layers.
+    File {
+        /// Its path.
+        path: String,
+    },
+    /// Rendered, with seeds that no run has.
+    Rendered {
+        /// The strategy; it is exact.
+        strategy: &'static str,
+        /// Its light selection.
+        lights: &'static str,
+        /// Its sampler.
+        sampler: &'static str,
+        /// Samples a pixel.
+        spp: u32,
+        /// Wall seconds it took.
+        seconds: f64,
+        /// CPU seconds it took.
+        cpu_seconds: f64,
+        /// It was taken from an earlier call.
+        cached: bool,
+    },
+}
+
+/// A reference.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// The picture; its variance layers are its noise, none: exact.
+    pub image: Image,
+    /// Where it comes from.
+    pub source: Source,
+}
