@@ -142,8 +142,11 @@ fn kinds_with_single_directions() {
     check_specular::<Dielectric>("dielectric", &glass, bsdf::dielectric::sample);
 }
 
-/// The point of a scene's triangles that seed `i` names, and its words.
-fn place(scene: &PreparedScene, i: u32) -> (u32, [f32; 2], [f32; 3], [u32; 4]) {
+/// A triangle, a point on it (u, v), the direction it is seen in, and the words of its light sample.
+type Place = (u32, [f32; 2], [f32; 3], [u32; 4]);
+
+/// The place on a scene's triangles that seed `i` names.
+fn place(scene: &PreparedScene, i: u32) -> Place {
     let triangle = random_words(i, 5, 0, 1)[0] % scene.triangles.len() as u32;
     let uv = [0.5 * number(i, 1), 0.5 * number(i, 2)];
     (triangle, uv, scene.triangles[triangle as usize].normal.map(|x| -x), random_words(i, 6, 0, 1))
@@ -157,8 +160,7 @@ fn check_lights(path: &str, selection: Lights, compensated: bool) {
     let seed = |i: u32| [i as f32];
     let lanes = |[seeds]: [F32x8; 1]| {
         let places = seeds.to_array().map(|i| place(&scene, i as u32));
-        let number =
-            |of: &dyn Fn(&(u32, [f32; 2], [f32; 3], [u32; 4])) -> f32| F32x8::from_array(places.each_ref().map(of));
+        let number = |of: &dyn Fn(&Place) -> f32| F32x8::from_array(places.each_ref().map(of));
         let seen = Vec3x8::new(number(&|p| p.2[0]), number(&|p| p.2[1]), number(&|p| p.2[2]));
         let triangle = U32x8::from_array(places.map(|p| p.0));
         let tables = (&scene.triangles[..], &scene.corners[..]);
