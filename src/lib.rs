@@ -31,6 +31,9 @@
 //!                              Film (f64 sums, in sample order) --> image files, statistics, reports
 //! ```
 //!
+//! What is not listed on this page is internal: the rooms below are modules of `octray::internal`, for this package's own tests
+//! and benches, and change without notice.
+//!
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`scene`] | what a scene says: descriptions, the gate that checks them, scenes made in code |
@@ -46,13 +49,13 @@
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
 //! | `film`, `image`, `color` | sums and checkpoints, image files, the sRGB curve |
 //! | `api` | load a scene, prepare it, ask its triangles about rays |
-//! | `settings`, `camera`, `stats`, `trace`, `clock`, `fingerprint`, `nearest`, `error` | what their names say |
+//! | `settings`, `camera`, `stats`, `trace`, `clock`, `fingerprint`, `nearest`, `named_choice`, `error` | what their names say |
 //! | `report` | error against run time: measured, analysed, written (feature `cli`) |
 //! | `cli` | one file a command (feature `cli`) |
 //!
 //! Layers, top to bottom, nothing imports upwards and no files form a circle (a test reads the sources): `cli > report >
 //! {render, api} > {packet, reference} > {import, setup, film, image, camera, stats, trace} > tables > {scene, bvh} >
-//! {settings, strategy, sampler, lanes, math, color, error, clock, fingerprint, nearest}`.
+//! {settings, strategy, sampler, lanes, math, color, error, clock, fingerprint, nearest, named_choice}`.
 //!
 //! A material kind is a row in `tables::materials::TABLE`, a file in `packet/bsdf` and one in `reference/bsdf` (each with
 //! its line in the folder's `mod.rs`), and what files say of it in `import`. A strategy is a row in `strategy::TABLE`.

@@ -4,7 +4,7 @@ use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::checkpoint;
-use crate::film::checkpoint::Unfinished;
+use crate::film::checkpoint::Checkpoint;
 use crate::render::Render;
 use crate::scene::SceneDesc;
 use crate::scene::fingerprint;
@@ -41,6 +41,12 @@ impl State {
         }
         let found = checkpoint::read(&self.path)?;
         let path = self.path.display();
+        if !self.recipe.0.iter().map(|(name, _)| name).eq(found.settings.iter().map(|(name, _)| name)) {
+            return Err(Error::Usage(format!(
+                "{path}: an unfinished render of another version of octray; finish it with that one, delete that file, or \
+                 write to another picture"
+            )));
+        }
         let differs = self.recipe.0.iter().zip(&found.settings).find(|(own, theirs)| own != theirs);
         if let Some(((name, own), (_, theirs))) = differs {
             return Err(Error::Usage(format!(
@@ -68,7 +74,7 @@ impl State {
         let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
         let done = film.spp;
         let seconds = self.seconds.get() + render.stats.render_s;
-        checkpoint::write(&self.path, &Unfinished { settings: self.recipe.0.clone(), seconds, film })?;
+        checkpoint::write(&self.path, &Checkpoint { settings: self.recipe.0.clone(), seconds, film })?;
         let path = self.path.display();
         warn(&format!("stopped after {done}{of} samples a pixel; the same command goes on from there ({path})"));
         Ok(())

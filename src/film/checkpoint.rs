@@ -18,7 +18,7 @@ const GROUP_NUMBERS: usize = 3 * GROUPS as usize;
 
 /// An unfinished render.
 #[derive(Debug)]
-pub struct Unfinished {
+pub struct Checkpoint {
     /// What decides the picture's bits, as (name, value).
     pub settings: Vec<(String, String)>,
     /// Wall seconds it has taken.
@@ -42,7 +42,7 @@ struct Header {
 ///
 /// # Errors
 /// [`Error::Write`].
-pub fn write(path: &Path, state: &Unfinished) -> Result<()> {
+pub fn write(path: &Path, state: &Checkpoint) -> Result<()> {
     let film = &state.film;
     let header = Header {
         settings: state.settings.clone(),
@@ -61,13 +61,13 @@ pub fn write(path: &Path, state: &Unfinished) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Read`]; [`Error::Parse`] if it is not such a file or not a whole one.
-pub fn read(path: &Path) -> Result<Unfinished> {
+pub fn read(path: &Path) -> Result<Checkpoint> {
     let fault = || Error::parse(path, None, "not an unfinished render, or a damaged one; delete it to start anew");
     let (header, numbers) = sealed::read::<Header>(path, MAGIC)?.ok_or_else(fault)?;
     unfinished(header, &numbers).ok_or_else(fault)
 }
 
-fn unfinished(header: Header, numbers: &[f64]) -> Option<Unfinished> {
+fn unfinished(header: Header, numbers: &[f64]) -> Option<Checkpoint> {
     let count = (header.width as usize).checked_mul(header.height as usize)?;
     let each = if header.grouped { NUMBERS + GROUP_NUMBERS } else { NUMBERS };
     if numbers.len() != count.checked_mul(each)? || header.spp == 0 {
@@ -84,7 +84,7 @@ fn unfinished(header: Header, numbers: &[f64]) -> Option<Unfinished> {
         groups: groups.as_chunks().0.iter().map(group).collect(),
         ..Film::default()
     };
-    Some(Unfinished { settings: header.settings, seconds: header.seconds, film })
+    Some(Checkpoint { settings: header.settings, seconds: header.seconds, film })
 }
 
 #[cfg(test)]
@@ -111,7 +111,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.exr.unfinished");
         let settings = vec![("seed".to_owned(), "7".to_owned()), ("scene".to_owned(), "a\nb\"c".to_owned())];
-        write(&path, &Unfinished { settings: settings.clone(), seconds: 1.25, film: film.clone() }).unwrap();
+        write(&path, &Checkpoint { settings: settings.clone(), seconds: 1.25, film: film.clone() }).unwrap();
         let found = read(&path).unwrap();
         assert_eq!((found.film.pixels, found.film.spp, found.seconds), (film.pixels, 5, 1.25));
         assert_eq!(found.film.groups, film.groups);

@@ -23,7 +23,7 @@ impl Recipe {
             ("seed", settings.seed.to_string()),
             ("max_depth", depth(settings.max_depth, "unbounded")),
             ("rr_depth", depth(settings.rr_depth, "off")),
-            ("film", format!("{width}x{height}")),
+            ("film", format!("{width} x {height}")),
             ("crop", format!("{x},{y},{w},{h}")),
         ];
         Recipe(pairs.map(|(name, value)| (name.to_string(), value)).to_vec())

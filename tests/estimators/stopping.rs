@@ -2,8 +2,9 @@
 
 use crate::common::{first_difference, prepared, small};
 use crate::program::{octray, stderr};
+use octray::internal::film::checkpoint::{self, Checkpoint};
 use octray::internal::image::Image;
-use octray::{Engine, Film, Sampler, Settings, Strategy, render, render_from};
+use octray::{Crop, Engine, Film, Sampler, Settings, Strategy, render, render_from};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -185,6 +186,17 @@ fn an_interrupted_render_writes_what_it_has_and_goes_on() {
     assert!(render(&whole, &["--spp", &more]).status.success());
     assert_eq!(fs::read(&image).unwrap(), fs::read(whole).unwrap());
     assert!(!Path::new(&state).exists());
+
+    // So is the state of a version that names other things.
+    let foreign = Checkpoint {
+        settings: vec![("version".to_owned(), "0.0.1".to_owned())],
+        seconds: 1.0,
+        film: Film { spp: 1, ..Film::new(Crop { x: 0, y: 0, width: 33, height: 20 }) },
+    };
+    checkpoint::write(Path::new(&state), &foreign).unwrap();
+    let output = render(&image, &["--spp", "2"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("an unfinished render of another version of octray"), "{}", stderr(&output));
 
     // A damaged state is named, and kept.
     fs::write(&state, "damaged").unwrap();

@@ -18,7 +18,7 @@ use crate::settings::{Crop, Engine, Lights, Sampler, Settings};
 use crate::strategy::Strategy;
 use args::{List, RrDepth};
 use files::Files;
-use progress::Told;
+use progress::Progress;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -102,9 +102,9 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
     let files = Files::new(&args.out)?;
     let experiment = setup::experiment(args)?;
     let stop = interrupt::requested()?;
-    let told = Told::new(args.quiet);
-    let Some(references) = references(args, &experiment, &files, &stop, &told)? else {
-        told.finish();
+    let progress = Progress::new(args.quiet);
+    let Some(references) = references(args, &experiment, &files, &stop, &progress)? else {
+        progress.finish();
         warn("stopped before there was a reference: nothing was measured; run the same command again");
         return Ok(1);
     };
@@ -121,17 +121,17 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
             experiment.start()
         }
     };
-    let finished = experiment.run(&references, &mut measured, &stop, &|done| told.run(done, &experiment));
+    let finished = experiment.run(&references, &mut measured, &stop, &|done| progress.run(done, &experiment));
     let findings = analyze(&experiment, &references, &measured);
     // A second wish to stop would end the program: after the first, what there is is written without new pictures.
     let shown = match finished {
         true => {
-            told.note("pictures at equal time");
+            progress.note("pictures at equal time");
             equal_time::render(&experiment, &references, &findings, &stop)
         }
         false => Vec::new(),
     };
-    told.finish();
+    progress.finish();
     let finished = finished && !stop.load(Ordering::Relaxed);
     if !finished {
         let (done, of) = (measured.runs.len(), experiment.run_count());
@@ -157,7 +157,7 @@ fn references(
     experiment: &Experiment,
     files: &Files,
     stop: &AtomicBool,
-    told: &Told,
+    progress: &Progress,
 ) -> Result<Option<Vec<Reference>>> {
     let how = setup::reference_configuration(experiment);
     let budget = reference_budget(args, experiment);
@@ -176,7 +176,7 @@ fn references(
             references.push(kept);
             continue;
         }
-        let heard = |part| told.reference(part, &case.light);
+        let heard = |part| progress.reference(part, &case.light);
         let Some(rendered) = reference::render(case, experiment, how, budget, stop, &heard) else { return Ok(None) };
         reference::keep(&rendered, &key, &path)?;
         references.push(rendered);

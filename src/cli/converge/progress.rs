@@ -11,13 +11,13 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 /// The progress bar, on standard error and only where that is a terminal.
-pub struct Told {
+pub struct Progress {
     bar: ProgressBar,
 }
 
-impl Told {
+impl Progress {
     /// A bar; hidden if `quiet`.
-    pub fn new(quiet: bool) -> Told {
+    pub fn new(quiet: bool) -> Progress {
         let hidden = quiet || !std::io::stderr().is_terminal();
         let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
         let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
@@ -25,7 +25,7 @@ impl Told {
             bar.set_style(style);
         }
         bar.set_message("reference");
-        Told { bar }
+        Progress { bar }
     }
 
     /// So many parts of the reference of a case are done.
