@@ -1,8 +1,9 @@
 //! The camera, pinhole or thin lens: computed in f64 once, used in f32 by both engines.
 //!
 //! A pinhole's ray through film position `(x, y)` (pixels, y downwards) has the direction `corner + right x + down y`,
-//! normalised. That direction has length 1 along the axis (in camera space, where a matrix places the camera), so a thin lens (pbrt-v4 section 5.2.3) is in focus where the
-//! pinhole's ray has the parameter `focus_distance`: a ray from lens point `o` goes to `direction * focus_distance - o`.
+//! normalised. That direction has length 1 along the axis (in camera space, where a matrix places the camera), so a thin
+//! lens (pbrt-v4 section 5.2.3) is in focus where the pinhole's ray has the parameter `focus_distance`: a ray from lens
+//! point `o` goes to `direction * focus_distance - o`.
 
 use crate::scene::desc::{CameraDesc, PixelFilter};
 use glam::DVec3;
