@@ -1,8 +1,9 @@
 //! The camera, pinhole or thin lens: computed in f64 once, used in f32 by both engines.
 //!
 //! A pinhole's ray through film position `(x, y)` (pixels, y downwards) has the direction `corner + right x + down y`,
-//! normalised. That direction has length 1 along the axis, so a thin lens (pbrt-v4 section 5.2.3) is in focus where the
-//! pinhole's ray has the parameter `focus_distance`: a ray from lens point `o` goes to `direction * focus_distance - o`.
+//! normalised. That direction has length 1 along the axis (in camera space, where a matrix places the camera), so a thin
+//! lens (pbrt-v4 section 5.2.3) is in focus where the pinhole's ray has the parameter `focus_distance`: a ray from lens
+//! point `o` goes to `direction * focus_distance - o`.
 
 use crate::scene::desc::{CameraDesc, PixelFilter};
 use glam::DVec3;
@@ -37,12 +38,10 @@ pub struct Lens {
 
 impl Camera {
     /// The camera of `desc` (already validated) for a film of `width` x `height` square pixels; `vertical_fov` spans the
-    /// height, image right is forward x up.
+    /// height; image right is forward x up, or the first column of [`CameraDesc::to_world`].
     pub fn new(desc: &CameraDesc, filter: PixelFilter, width: u32, height: u32) -> Camera {
-        let position = DVec3::from(desc.position);
-        let forward = (DVec3::from(desc.look_at) - position).normalize();
-        let right = forward.cross(DVec3::from(desc.up)).normalize();
-        let down = forward.cross(right);
+        let position = DVec3::from(desc.eye());
+        let [forward, right, down] = axes(desc);
         // libm, not the platform's tan: the camera must have the same bits everywhere.
         let pixel = 2.0 * libm::tan(0.5 * desc.vertical_fov.to_radians()) / height as f64;
         let corner = forward - right * (0.5 * width as f64 * pixel) - down * (0.5 * height as f64 * pixel);
@@ -59,6 +58,17 @@ impl Camera {
             filter,
         }
     }
+}
+
+/// Forward, the image's right and its down, each one unit of camera space long.
+fn axes(desc: &CameraDesc) -> [DVec3; 3] {
+    if let Some(rows) = &desc.to_world {
+        let column = |i: usize| DVec3::from(rows.map(|row| row[i]));
+        return [-column(2), column(0), -column(1)];
+    }
+    let forward = (DVec3::from(desc.look_at) - DVec3::from(desc.position)).normalize();
+    let right = forward.cross(DVec3::from(desc.up)).normalize();
+    [forward, right, forward.cross(right)]
 }
 
 #[cfg(test)]

@@ -6,12 +6,12 @@ use crate::import::obj::mesh::{ObjMaterial, ObjMesh, ObjTriangle, load_obj};
 use crate::import::obj::mtl::{MtlKind, MtlMaterial};
 use crate::import::toml::parse;
 use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, SceneFile};
-use crate::import::transform::Transform;
 use crate::nearest::nearest;
 use crate::scene::builtin;
 use crate::scene::desc::{
-    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, RenderDesc, SceneDesc, TriangleDesc,
+    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, MeshDesc, RenderDesc, SceneDesc, TriangleDesc,
 };
+use crate::scene::transform::{Similarity, Transform};
 use crate::scene::validate;
 use crate::scene::validate::is_degenerate;
 use std::path::Path;
@@ -36,11 +36,11 @@ impl SceneDesc {
     pub fn from_obj(path: impl AsRef<Path>) -> Result<SceneDesc> {
         let path = path.as_ref();
         let mut scene = Assembly::new(path);
-        scene.add_mesh(path, &Transform::default(), None)?;
+        scene.add_mesh(path, &Similarity::default(), None)?;
         let mut scene = scene.finish(&[])?;
         frame(&mut scene)?;
         if !emits(&scene) {
-            scene.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+            scene.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
             scene.warnings.push("nothing emits light: lit by a constant white environment".into());
         }
         validate::check(&scene)?;
@@ -61,7 +61,7 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
     }
     let mut scene = scene.finish(&materials)?;
     (scene.film, scene.filter, scene.render) = (film, filter, render);
-    scene.environment = match environment {
+    let environment = match environment {
         None => None,
         Some(EnvironmentEntry::Constant { radiance }) => Some(EnvironmentDesc::Constant { radiance }),
         Some(EnvironmentEntry::Map { file, line, rotate, scale }) => {
@@ -69,11 +69,12 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
             load_map(path, line, desc, &mut scene.warnings)?.map(EnvironmentDesc::Map)
         }
     };
+    scene.set_environment(environment);
     match camera {
         Some(camera) => scene.camera = camera,
         None => frame(&mut scene)?,
     }
-    if scene.environment.is_none() && !emits(&scene) {
+    if scene.environment().is_none() && !emits(&scene) {
         scene.warnings.push("nothing emits light: the picture will be black; add emission or an [environment]".into());
     }
     validate::check(&scene)?;
@@ -117,7 +118,12 @@ fn load_map(scene: &Path, line: usize, mut desc: MapDesc, warnings: &mut Vec<Str
 
 /// Whether any triangle shines.
 fn emits(scene: &SceneDesc) -> bool {
-    scene.triangles.iter().any(|t| scene.materials[t.material as usize].emission != [0.0; 3])
+    triangles(scene).any(|t| scene.materials[t.material as usize].emission != [0.0; 3])
+}
+
+/// The triangles of all meshes; each mesh has one instance.
+fn triangles(scene: &SceneDesc) -> impl Iterator<Item = &TriangleDesc> {
+    scene.meshes.iter().flat_map(|mesh| &mesh.triangles)
 }
 
 /// A scene being put together from meshes.
@@ -134,46 +140,33 @@ impl<'a> Assembly<'a> {
     }
 
     /// Adds an OBJ file; `entry` is the file and line that name it.
-    fn add_mesh(&mut self, obj: &Path, transform: &Transform, entry: Option<(&Path, usize)>) -> Result<()> {
+    fn add_mesh(&mut self, obj: &Path, transform: &Similarity, entry: Option<(&Path, usize)>) -> Result<()> {
         let mesh = load_obj(obj, &mut self.scene.warnings)?;
-        let vertices = self.scene.positions.len();
+        let vertices: usize = self.scene.meshes.iter().map(|mesh| mesh.positions.len()).sum();
         let fault = |message: &str| Error::parse(entry.map_or(obj, |(file, _)| file), entry.map(|e| e.1), message);
         if u32::try_from(vertices + mesh.positions.len()).is_err() {
             return Err(fault("more than 2^32 vertices: split the scene"));
         }
-        self.scene.positions.extend(mesh.positions.iter().map(|&p| transform.apply(p)));
-        if self.scene.positions[vertices..].iter().flatten().any(|x| !x.is_finite()) {
+        if mesh.positions.iter().flat_map(|&p| transform.apply(p)).any(|x| !x.is_finite()) {
             return Err(fault("the transform moves vertices out of the range of f32: scale or translate less"));
         }
-        self.add_corners(&mesh, transform);
-        let (vertices, materials, mirrored) = (vertices as u32, self.materials.len() as u32, transform.mirrors());
-        self.scene.triangles.extend(mesh.triangles.iter().map(|t| TriangleDesc {
-            vertices: t.vertices.map(|v| vertices + v),
+        let (corners, materials) = (corners(&mesh, transform), self.materials.len() as u32);
+        let triangle = |t: &ObjTriangle| TriangleDesc {
+            vertices: t.vertices,
             material: materials + t.material,
-            flipped: t.flipped != mirrored,
-        }));
+            flipped: t.flipped,
+        };
+        let triangles = mesh.triangles.iter().map(triangle).collect();
+        let identity = *transform == Similarity::default();
+        let transform = if identity { Transform::Identity } else { Transform::Similarity(*transform) };
+        self.scene.add_mesh(MeshDesc { positions: mesh.positions, triangles, corners }, transform);
         self.materials.extend(mesh.materials);
         Ok(())
     }
 
-    /// Adds what the corners of `mesh`, whose triangles are next, carry. Meshes with nothing cost nothing unless another
-    /// mesh of the scene has something.
-    fn add_corners(&mut self, mesh: &ObjMesh, transform: &Transform) {
-        let before = self.scene.triangles.len();
-        let carries = |t: &ObjTriangle| t.normals != [[0.0; 3]; 3] || t.uvs != [[0.0; 2]; 3];
-        if mesh.triangles.iter().any(carries) {
-            self.scene.corners.resize(before, CornerDesc::default());
-            let normals = |t: &ObjTriangle| t.normals.map(|n| transform.apply_to_normal(n));
-            let corner = |t: &ObjTriangle| CornerDesc { normals: normals(t), uvs: t.uvs };
-            self.scene.corners.extend(mesh.triangles.iter().map(corner));
-        } else if !self.scene.corners.is_empty() {
-            self.scene.corners.resize(before + mesh.triangles.len(), CornerDesc::default());
-        }
-    }
-
     /// Applies the TOML's material entries and drops materials that no triangle has.
     fn finish(mut self, entries: &[MaterialEntry]) -> Result<SceneDesc> {
-        if self.scene.triangles.is_empty() {
+        if triangles(&self.scene).next().is_none() {
             return Err(Error::parse(self.path, None, "no triangles: the OBJ has no faces of three or more corners"));
         }
         let used = self.keep_used_materials();
@@ -197,7 +190,7 @@ impl<'a> Assembly<'a> {
     fn keep_used_materials(&mut self) -> Vec<ObjMaterial> {
         let mut place = vec![None; self.materials.len()];
         let mut used = Vec::new();
-        for triangle in &mut self.scene.triangles {
+        for triangle in self.scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.triangles) {
             let old = triangle.material as usize;
             triangle.material = *place[old].get_or_insert_with(|| {
                 used.push(self.materials[old].clone());
@@ -217,13 +210,27 @@ impl<'a> Assembly<'a> {
     }
 
     fn warn_of_degenerate(&mut self) {
-        let scene = &mut self.scene;
-        let corners = |t: &TriangleDesc| t.vertices.map(|v| scene.positions[v as usize]);
-        let count = scene.triangles.iter().filter(|t| is_degenerate(corners(t))).count();
+        let geometry = self.scene.geometry();
+        let count = (0..geometry.triangles.len()).filter(|&id| is_degenerate(geometry.vertices(id))).count();
         if count > 0 {
-            scene.warnings.push(format!("{count} triangle(s) have no area; they keep their numbers and are never hit"));
+            self.scene
+                .warnings
+                .push(format!("{count} triangle(s) have no area; they keep their numbers and are never hit"));
         }
     }
+}
+
+/// What the corners of `mesh` carry; nothing if none has anything. A transform that does nothing does not make unit vectors
+/// of the file's normals, so they are made here.
+fn corners(mesh: &ObjMesh, transform: &Similarity) -> Vec<CornerDesc> {
+    let carries = |t: &ObjTriangle| t.normals != [[0.0; 3]; 3] || t.uvs != [[0.0; 2]; 3];
+    if !mesh.triangles.iter().any(carries) {
+        return Vec::new();
+    }
+    let identity = *transform == Similarity::default();
+    let finite = |n: [f32; 3]| if n.iter().all(|x| x.is_finite()) { n } else { [0.0; 3] };
+    let normal = |n: [f32; 3]| if identity { transform.apply_to_normal(n) } else { finite(n) };
+    mesh.triangles.iter().map(|t| CornerDesc { normals: t.normals.map(normal), uvs: t.uvs }).collect()
 }
 
 /// What several materials have in common, told once.
@@ -286,8 +293,9 @@ fn resolve(scene: &Path, material: &MtlMaterial, entry: Option<&MaterialEntry>) 
 /// Gives the scene a camera from +z along -z that has the whole box in view, and says so.
 fn frame(scene: &mut SceneDesc) -> Result<()> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for vertex in scene.triangles.iter().flat_map(|t| t.vertices) {
-        for (axis, x) in scene.positions[vertex as usize].iter().enumerate() {
+    let geometry = scene.geometry();
+    for vertex in geometry.triangles.iter().flat_map(|t| t.vertices) {
+        for (axis, x) in geometry.positions[vertex as usize].iter().enumerate() {
             low[axis] = low[axis].min(f64::from(*x));
             high[axis] = high[axis].max(f64::from(*x));
         }

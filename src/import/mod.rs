@@ -7,4 +7,3 @@ pub mod assembly;
 mod images;
 pub mod obj;
 pub mod toml;
-pub mod transform;

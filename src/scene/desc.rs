@@ -1,9 +1,10 @@
-//! What a scene says, nothing derived: world-space triangles, materials, camera, environment, render defaults.
+//! What a scene says, nothing derived: meshes, instances, materials, camera, lights, render defaults.
 
+use crate::scene::transform::Transform;
 use crate::settings::{Lights, Sampler};
 use crate::strategy::Strategy;
 
-/// A scene as its files say it, after transforms, before any table is built.
+/// A scene as its files say it, before any table is built.
 #[derive(Clone, Debug, Default)]
 pub struct SceneDesc {
     /// The path it was loaded from, or `builtin:NAME`; used in messages and metadata.
@@ -16,29 +17,74 @@ pub struct SceneDesc {
     pub filter: PixelFilter,
     /// What the file's `[render]` table sets.
     pub render: RenderDesc,
-    /// Vertex positions in world space, scene units; transformed in f64 and rounded once; all finite.
-    pub positions: Vec<[f32; 3]>,
-    /// Triangles in file order after triangulation (n - 2 per polygon); the index is the triangle id. Zero-area
-    /// triangles keep their place here and are left out of the BVH.
-    pub triangles: Vec<TriangleDesc>,
-    /// What the triangles' corners carry besides positions: empty, or one entry a triangle.
-    pub corners: Vec<CornerDesc>,
+    /// Meshes, indexed by [`InstanceDesc::mesh`].
+    pub meshes: Vec<MeshDesc>,
+    /// Where meshes stand. Triangle ids count instance after instance, each in the order of its mesh.
+    pub instances: Vec<InstanceDesc>,
     /// Pictures, indexed by [`TextureUse::texture`].
     pub textures: Vec<TextureDesc>,
     /// Masks of cut-outs, indexed by the [`TextureUse::texture`] of [`MaterialDesc::alpha_mask`].
     pub masks: Vec<MaskDesc>,
     /// Materials, indexed by [`TriangleDesc::material`].
     pub materials: Vec<MaterialDesc>,
-    /// What surrounds the scene, if anything does.
-    pub environment: Option<EnvironmentDesc>,
+    /// Lights that are no surfaces; surfaces shine by [`MaterialDesc::emission`].
+    pub lights: Vec<LightDesc>,
     /// What the user should know, one sentence each.
     pub warnings: Vec<String>,
+}
+
+impl SceneDesc {
+    /// Adds a mesh and one instance of it.
+    pub fn add_mesh(&mut self, mesh: MeshDesc, transform: Transform) {
+        self.instances.push(InstanceDesc { mesh: self.meshes.len() as u32, transform });
+        self.meshes.push(mesh);
+    }
+
+    /// What surrounds the scene, if anything does.
+    pub fn environment(&self) -> Option<&EnvironmentDesc> {
+        let LightDesc::Environment(environment) = self.lights.first()?;
+        Some(environment)
+    }
+
+    /// Puts `environment` in the place of every environment there is.
+    pub fn set_environment(&mut self, environment: Option<EnvironmentDesc>) {
+        self.lights.retain(|light| !matches!(light, LightDesc::Environment(_)));
+        self.lights.extend(environment.map(LightDesc::Environment));
+    }
+}
+
+/// A triangle mesh in object space.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshDesc {
+    /// Vertex positions in object space, scene units before the instance's transform; all finite.
+    pub positions: Vec<[f32; 3]>,
+    /// Triangles in file order after triangulation (n - 2 per polygon). Zero-area triangles keep their place here and
+    /// are left out of the BVH.
+    pub triangles: Vec<TriangleDesc>,
+    /// What the triangles' corners carry besides positions: empty, or one entry a triangle.
+    pub corners: Vec<CornerDesc>,
+}
+
+/// A mesh put into the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InstanceDesc {
+    /// Index into [`SceneDesc::meshes`].
+    pub mesh: u32,
+    /// From the mesh's object space to world space.
+    pub transform: Transform,
+}
+
+/// A light that is no surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightDesc {
+    /// What surrounds the scene; a scene has at most one.
+    Environment(EnvironmentDesc),
 }
 
 /// One triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TriangleDesc {
-    /// Indices into [`SceneDesc::positions`]; counter-clockwise seen from the front.
+    /// Indices into [`MeshDesc::positions`]; counter-clockwise seen from the front.
     pub vertices: [u32; 3],
     /// Index into [`SceneDesc::materials`].
     pub material: u32,
@@ -50,7 +96,8 @@ pub struct TriangleDesc {
 /// What the corners of a triangle carry besides their positions, in the order of [`TriangleDesc::vertices`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CornerDesc {
-    /// Unit normals of the smooth surface, world space, towards the front; zero: this corner has none.
+    /// Normals of the smooth surface, object space, towards the front; zero: this corner has none. Of any length where the
+    /// instances' transforms make unit vectors of them; [`Transform::Identity`] takes them as they are, unit vectors.
     pub normals: [[f32; 3]; 3],
     /// Texture coordinates (u, v), v up; finite.
     pub uvs: [[f32; 2]; 3],
@@ -168,7 +215,7 @@ pub enum Scattering {
     },
 }
 
-/// A look-at camera. Lengths in scene units, angle in degrees.
+/// A camera that looks at a point, or that a matrix places. Lengths in scene units, angle in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraDesc {
     /// The eye.
@@ -177,6 +224,11 @@ pub struct CameraDesc {
     pub look_at: [f64; 3],
     /// Up; not parallel to the axis.
     pub up: [f64; 3],
+    /// Camera space to world space, by rows, in place of `position`, `look_at` and `up`: `p'[i] = m[i][0] x + m[i][1] y +
+    /// m[i][2] z + m[i][3]`. Its columns are right, up, backward and the eye: the camera looks along its own -z, with x to the
+    /// image's right and y to its top. The axes need not be orthonormal but must be independent; the lens and the plane in
+    /// focus are measured in camera space.
+    pub to_world: Option<[[f64; 4]; 3]>,
     /// Full vertical field of view, in (0, 180) degrees.
     pub vertical_fov: f64,
     /// Radius of the thin lens, scene units; 0: a pinhole.
@@ -185,12 +237,20 @@ pub struct CameraDesc {
     pub focus_distance: f64,
 }
 
+impl CameraDesc {
+    /// The eye, whichever way the camera is placed.
+    pub fn eye(&self) -> [f64; 3] {
+        self.to_world.map_or(self.position, |rows| rows.map(|row| row[3]))
+    }
+}
+
 impl Default for CameraDesc {
     fn default() -> Self {
         CameraDesc {
             position: [0.0, 0.0, 1.0],
             look_at: [0.0; 3],
             up: [0.0, 1.0, 0.0],
+            to_world: None,
             vertical_fov: 35.0,
             aperture_radius: 0.0,
             focus_distance: 1.0,

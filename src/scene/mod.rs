@@ -1,11 +1,14 @@
-//! What a scene says: triangles, materials, camera, environment, and the rules they must keep.
+//! What a scene says: meshes and their instances, materials, camera, lights, and the rules they must keep.
 //!
-//! **Law:** [`desc`] holds what files and code say and nothing derived; [`validate`] is the one gate that every description
+//! **Law:** [`desc`] holds what files and code say and nothing derived; [`flatten`] lists the triangles
+//! of all instances in world space; [`validate`] is the one gate that every description
 //! passes before tables are made of it. Nothing here reads files or knows of tables, engines, strategies or films.
 
 pub mod builtin;
 pub mod desc;
 pub mod fingerprint;
+pub mod flatten;
+pub mod transform;
 pub mod validate;
 
 pub use desc::SceneDesc;

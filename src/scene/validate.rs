@@ -1,7 +1,11 @@
 //! What must hold of every [`SceneDesc`], whoever made it, and what counts as a triangle without area.
 
 use crate::error::{Error, Result};
-use crate::scene::desc::{CameraDesc, EnvironmentDesc, MaterialDesc, Scattering, SceneDesc, TextureUse, TriangleDesc};
+use crate::scene::desc::{
+    CameraDesc, EnvironmentDesc, LightDesc, MaterialDesc, MeshDesc, Scattering, SceneDesc, TextureUse,
+};
+use crate::scene::flatten::Geometry;
+use crate::scene::transform::matrix_fault;
 use crate::settings::MAX_FILM_SIDE;
 use glam::DVec3;
 
@@ -23,8 +27,9 @@ pub fn fits_f32(x: f64) -> bool {
 
 /// Why this camera cannot look, if it cannot.
 pub fn camera_fault(camera: &CameraDesc) -> Option<&'static str> {
+    let placed = camera.to_world.is_some();
     let all = [camera.position, camera.look_at, camera.up];
-    if !all.iter().flatten().all(|&x| fits_f32(x)) {
+    if !placed && !all.iter().flatten().all(|&x| fits_f32(x)) {
         return Some("position, look_at and up must be finite numbers below 3.4e38");
     }
     if !(camera.vertical_fov > 0.0 && camera.vertical_fov < 180.0) {
@@ -35,6 +40,12 @@ pub fn camera_fault(camera: &CameraDesc) -> Option<&'static str> {
     }
     if !(camera.focus_distance > 0.0 && fits_f32(camera.focus_distance)) {
         return Some("focus_distance must be above 0 and finite");
+    }
+    if let Some(rows) = &camera.to_world {
+        let length = |i: usize| DVec3::from(rows.map(|row| row[i])).length();
+        let near_one = (0..3).all(|i| (1e-6..=1e6).contains(&length(i)));
+        let fault = "to_world: the lengths of its axes must lie between 1e-6 and 1e6";
+        return matrix_fault(rows).or_else(|| (!near_one).then_some(fault));
     }
     let forward = DVec3::from(camera.look_at) - DVec3::from(camera.position);
     let up = DVec3::from(camera.up);
@@ -101,12 +112,15 @@ pub fn scattering_fault(scattering: &Scattering) -> Option<String> {
 /// [`Error::Scene`] names the first rule that is broken, and the triangle, material or image that breaks it.
 pub fn check(scene: &SceneDesc) -> Result<()> {
     let fault = view_fault(scene)
-        .or_else(|| vertex_fault(scene))
-        .or_else(|| corner_fault(scene))
+        .or_else(|| scene.meshes.iter().enumerate().find_map(|(i, mesh)| mesh_fault(scene, i, mesh)))
+        .or_else(|| instance_fault(scene))
         .or_else(|| image_fault(scene))
         .or_else(|| scene.materials.iter().enumerate().find_map(|(i, m)| material_fault(scene, i, m)))
-        .or_else(|| scene.environment.as_ref().and_then(environment_fault))
-        .or_else(|| nothing_to_see(scene));
+        .or_else(|| light_fault(scene))
+        .or_else(|| {
+            let geometry = scene.geometry();
+            placed_fault(scene, &geometry).or_else(|| nothing_to_see(scene, &geometry))
+        });
     match fault {
         Some(message) => Err(Error::Scene { scene: scene.name.clone(), message }),
         None => Ok(()),
@@ -125,38 +139,88 @@ fn view_fault(scene: &SceneDesc) -> Option<String> {
     (scene.render.spp == Some(0)).then(|| "render: spp is 0; it must be at least 1".into())
 }
 
-/// What is wrong with positions, or with what triangles name.
-fn vertex_fault(scene: &SceneDesc) -> Option<String> {
-    if let Some(i) = scene.positions.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-        return Some(format!("vertex {i} is not finite: {:?}", scene.positions[i]));
+/// What is wrong with mesh number `i`: its positions, or what its triangles name, or the number of its corners.
+fn mesh_fault(scene: &SceneDesc, i: usize, mesh: &MeshDesc) -> Option<String> {
+    let position = mesh.positions.iter().position(|p| p.iter().any(|x| !x.is_finite()));
+    let position = position.map(|v| format!("vertex {v} is not finite: {:?}", mesh.positions[v]));
+    let (vertices, materials) = (mesh.positions.len(), scene.materials.len());
+    let triangle = || {
+        mesh.triangles.iter().enumerate().find_map(|(i, triangle)| {
+            let missing = triangle.vertices.into_iter().find(|&v| v as usize >= vertices);
+            let vertex = missing.map(|v| format!("triangle {i} names vertex {v}; the mesh has {vertices} vertices"));
+            let material = triangle.material;
+            let unknown = || format!("triangle {i} names material {material}; the scene has {materials} materials");
+            vertex.or_else(|| (material as usize >= materials).then(unknown))
+        })
+    };
+    position.or_else(triangle).or_else(|| corner_fault(mesh)).map(|fault| format!("mesh {i}: {fault}"))
+}
+
+/// What is wrong with the normals and texture coordinates of a mesh's corners, whatever its instances.
+fn corner_fault(mesh: &MeshDesc) -> Option<String> {
+    let (corners, triangles) = (mesh.corners.len(), mesh.triangles.len());
+    if corners != 0 && corners != triangles {
+        return Some(format!("corners must be empty or one entry a triangle; {corners} are for {triangles} triangles"));
     }
-    let (vertices, materials) = (scene.positions.len(), scene.materials.len());
-    scene.triangles.iter().enumerate().find_map(|(i, triangle)| {
-        let missing = triangle.vertices.into_iter().find(|&v| v as usize >= vertices);
-        let vertex = missing.map(|v| format!("triangle {i} names vertex {v}; the scene has {vertices} vertices"));
-        let material = triangle.material;
-        let unknown = || format!("triangle {i} names material {material}; the scene has {materials} materials");
-        vertex.or_else(|| (material as usize >= materials).then(unknown))
+    mesh.corners.iter().enumerate().find_map(|(i, corner)| {
+        if !corner.normals.iter().flatten().all(|x| x.is_finite()) {
+            return Some(format!("triangle {i} has corner normals that are not finite"));
+        }
+        let near = corner.uvs.iter().flatten().all(|t| t.abs() < 1e7);
+        (!near).then(|| format!("triangle {i} has texture coordinates that are beyond 1e7 or no numbers"))
     })
 }
 
-/// What is wrong with the corners' normals and texture coordinates.
-fn corner_fault(scene: &SceneDesc) -> Option<String> {
-    let (corners, triangles) = (scene.corners.len(), scene.triangles.len());
-    if corners != 0 && corners != triangles {
-        return Some(format!("corners must be empty or one entry a triangle; {corners} are for {triangles} triangles"));
+/// What is wrong with an instance by itself, or with their number.
+fn instance_fault(scene: &SceneDesc) -> Option<String> {
+    let meshes = scene.meshes.len();
+    let fault = scene.instances.iter().enumerate().find_map(|(i, instance)| {
+        if instance.mesh as usize >= meshes {
+            return Some(format!("instance {i} names mesh {}; the scene has {meshes} meshes", instance.mesh));
+        }
+        instance.transform.fault().map(|fault| format!("instance {i}: {fault}"))
+    });
+    let total = |count: fn(&MeshDesc) -> usize| {
+        scene.instances.iter().map(|instance| count(&scene.meshes[instance.mesh as usize]) as u64).sum::<u64>()
+    };
+    fault.or_else(|| {
+        let many = total(|mesh| mesh.positions.len()).max(total(|mesh| mesh.triangles.len())) > u64::from(u32::MAX);
+        many.then(|| "the instances have more than 2^32 vertices or triangles: split the scene".into())
+    })
+}
+
+/// What is wrong with positions and normals once they are in world space.
+fn placed_fault(scene: &SceneDesc, geometry: &Geometry<'_>) -> Option<String> {
+    // The instance that has the element number `i` of all, and the number in its mesh.
+    let owner = |mut i: usize, count: fn(&MeshDesc) -> usize| {
+        let counts = scene.instances.iter().map(|instance| count(&scene.meshes[instance.mesh as usize]));
+        for (instance, count) in counts.enumerate() {
+            if i < count {
+                return format!("instance {instance} of mesh {}, number {i}", scene.instances[instance].mesh);
+            }
+            i -= count;
+        }
+        String::new()
+    };
+    if let Some(i) = geometry.positions.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+        let owner = owner(i, |mesh| mesh.positions.len());
+        return Some(format!("vertex {i} ({owner}) is moved out of the range of f32 by its instance's transform"));
     }
     let unit_or_zero = |n: &[f32; 3]| {
         let square: f64 = n.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
         square == 0.0 || (square - 1.0).abs() < 1e-3
     };
-    scene.corners.iter().enumerate().find_map(|(i, corner)| {
-        if !corner.normals.iter().all(unit_or_zero) {
-            return Some(format!("triangle {i} has corner normals that are neither unit vectors nor zero"));
-        }
-        let near = corner.uvs.iter().flatten().all(|t| t.abs() < 1e7);
-        (!near).then(|| format!("triangle {i} has texture coordinates that are beyond 1e7 or no numbers"))
-    })
+    let bent = geometry.corners.iter().position(|corner| !corner.normals.iter().all(unit_or_zero))?;
+    let owner = owner(bent, |mesh| mesh.triangles.len());
+    Some(format!("triangle {bent} ({owner}) has corner normals that are neither unit vectors nor zero"))
+}
+
+/// What is wrong with the lights that are no surfaces.
+fn light_fault(scene: &SceneDesc) -> Option<String> {
+    if scene.lights.len() > 1 {
+        return Some("lights 0 and 1 are both environments; a scene has at most one".into());
+    }
+    scene.lights.iter().find_map(|LightDesc::Environment(environment)| environment_fault(environment))
 }
 
 /// What is wrong with the sizes of textures and masks.
@@ -198,13 +262,10 @@ fn material_fault(scene: &SceneDesc, i: usize, material: &MaterialDesc) -> Optio
 }
 
 /// Why a picture of this scene would show nothing, whatever its materials, if so.
-fn nothing_to_see(scene: &SceneDesc) -> Option<String> {
-    let visible = || {
-        let corners = |t: &TriangleDesc| t.vertices.map(|v| scene.positions[v as usize]);
-        scene.triangles.iter().any(|t| !is_degenerate(corners(t)))
-    };
+fn nothing_to_see(scene: &SceneDesc, geometry: &Geometry<'_>) -> Option<String> {
+    let visible = || (0..geometry.triangles.len()).any(|id| !is_degenerate(geometry.vertices(id)));
     let message = "no triangle of positive area and no environment: there is nothing to see; check the OBJ";
-    (scene.environment.is_none() && !visible()).then(|| message.into())
+    (scene.environment().is_none() && !visible()).then(|| message.into())
 }
 
 /// Why this environment cannot shine, if it cannot.

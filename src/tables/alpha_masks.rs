@@ -4,6 +4,7 @@
 //! not let a part of the light through). Rays pass points that are not there as if the triangle did not exist.
 
 use crate::scene::desc::SceneDesc;
+use crate::scene::flatten::Geometry;
 use crate::tables::textures::placed;
 use bytemuck::{Pod, Zeroable};
 
@@ -43,9 +44,9 @@ pub struct AlphaMaskTable {
 
 impl AlphaMaskTable {
     /// The table of a scene.
-    pub fn new(desc: &SceneDesc) -> AlphaMaskTable {
+    pub fn new(desc: &SceneDesc, geometry: &Geometry<'_>) -> AlphaMaskTable {
         let mut table = AlphaMaskTable::default();
-        if !desc.triangles.iter().any(|t| desc.materials[t.material as usize].alpha_mask.is_some()) {
+        if !geometry.triangles.iter().any(|t| desc.materials[t.material as usize].alpha_mask.is_some()) {
             return table;
         }
         for mask in &desc.masks {
@@ -54,11 +55,11 @@ impl AlphaMaskTable {
             table.first.push(table.texels.len() as u32);
             table.texels.extend(mask.texels.chunks(mask.width as usize).rev().flatten());
         }
-        for (id, triangle) in desc.triangles.iter().enumerate() {
+        for (id, triangle) in geometry.triangles.iter().enumerate() {
             table.record_of.push(match desc.materials[triangle.material as usize].alpha_mask {
                 None => WHOLE,
                 Some(used) => {
-                    let uvs = desc.corners.get(id).map_or([[0.0; 2]; 3], |corner| corner.uvs);
+                    let uvs = geometry.corners.get(id).map_or([[0.0; 2]; 3], |corner| corner.uvs);
                     table.records.push(AlphaMaskRecord { uvs: placed(uvs, Some(used)), mask: used.texture, spare: 0 });
                     table.records.len() as u32 - 1
                 }

@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use crate::scene::desc::{CornerDesc, SceneDesc, TextureUse};
+use crate::scene::desc::{CornerDesc, MaterialDesc, TextureUse};
+use crate::scene::flatten::Geometry;
 use crate::tables::textures::placed;
 use crate::tables::triangles::TriangleRecord;
 
@@ -36,11 +37,15 @@ const FLAT_SINE: f32 = 2e-4;
 const LIFT_COSINE: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 /// The table of a scene; empty if no triangle is smooth or textured.
-pub fn corner_table(desc: &SceneDesc, triangles: &[TriangleRecord]) -> Vec<CornerRecord> {
-    let texture = |id: usize| desc.materials[desc.triangles[id].material as usize].texture;
-    let mut needed = desc.corners.is_empty() && desc.materials.iter().any(|m| m.texture.is_some());
+pub fn corner_table(
+    materials: &[MaterialDesc],
+    geometry: &Geometry<'_>,
+    triangles: &[TriangleRecord],
+) -> Vec<CornerRecord> {
+    let texture = |id: usize| materials[geometry.triangles[id].material as usize].texture;
+    let mut needed = geometry.corners.is_empty() && materials.iter().any(|m| m.texture.is_some());
     let make = |id: usize| {
-        let corner = desc.corners.get(id).copied().unwrap_or_default();
+        let corner = geometry.corners.get(id).copied().unwrap_or_default();
         let record = record(&corner, &triangles[id], texture(id));
         needed |= record.smoothness != FLAT || texture(id).is_some();
         record

@@ -5,6 +5,7 @@ use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
 use crate::math::sin_cos_turns;
 use crate::sampler::{random_words, unit};
 use crate::scene::desc::SceneDesc;
+use crate::scene::flatten::Geometry;
 use crate::tables::lights::emitters::Emitter;
 use crate::tables::triangles::TriangleRecord;
 use glam::Vec3;
@@ -16,15 +17,21 @@ const RAYS_OF_ONE: usize = 256;
 
 /// One warning for each emissive material whose fronts see neither a triangle nor the camera, as far as a few hundred
 /// rays can tell. Of more than 512 emissive materials the first 512 are looked at.
-pub fn warnings(desc: &SceneDesc, emitters: &[Emitter], triangles: &[TriangleRecord], bvh: &Bvh) -> Vec<String> {
+pub fn warnings(
+    desc: &SceneDesc,
+    geometry: &Geometry<'_>,
+    emitters: &[Emitter],
+    triangles: &[TriangleRecord],
+    bvh: &Bvh,
+) -> Vec<String> {
     let mut by_material: Vec<Vec<u32>> = vec![Vec::new(); desc.materials.len()];
     for emitter in emitters.iter().filter(|emitter| !emitter.two_sided) {
-        by_material[desc.triangles[emitter.triangle as usize].material as usize].push(emitter.triangle);
+        by_material[geometry.triangles[emitter.triangle as usize].material as usize].push(emitter.triangle);
     }
     let emissive = by_material.iter().filter(|triangles| !triangles.is_empty()).count();
     let rays = (RAYS / emissive.max(1)).clamp(LANES, RAYS_OF_ONE) / LANES * LANES;
     let looked_at = by_material.iter().enumerate().filter(|(_, triangles)| !triangles.is_empty()).take(RAYS / LANES);
-    let camera = Vec3::from(desc.camera.position.map(|x| x as f32));
+    let camera = Vec3::from(desc.camera.eye().map(|x| x as f32));
     let sees_anything = |ids: &[u32]| {
         // Spread over all triangles of the material, whatever their number.
         let start = |ray: usize| Start::new(triangles, ids[ray * ids.len() / rays], ray as u32);

@@ -25,16 +25,22 @@ pub struct Features {
 
 impl Features {
     /// What `desc` holds; of materials, only what a triangle that can be hit has.
-    pub(super) fn new(desc: &SceneDesc, degenerate: &[bool], classes: &[u8], corners: &[CornerRecord]) -> Features {
+    pub(super) fn new(
+        desc: &SceneDesc,
+        degenerate: &[bool],
+        classes: &[u8],
+        corners: &[CornerRecord],
+        alpha_masks: bool,
+    ) -> Features {
         let visible = || classes.iter().zip(degenerate).filter(|(_, degenerate)| !**degenerate).map(|(class, _)| class);
         let uses = |kind: MaterialKind| visible().any(|class| class & !CLASS_EMITS == kind as u8);
         Features {
             kinds: PerKind::new(uses),
             emissive_triangles: visible().filter(|&class| class & CLASS_EMITS != 0).count(),
-            environment: desc.environment.is_some(),
+            environment: desc.environment().is_some(),
             smooth_normals: corners.iter().any(|corner| corner.smoothness != FLAT),
             textures: desc.materials.iter().any(|m| m.texture.is_some() || m.emission_texture.is_some()),
-            alpha_masks: desc.triangles.iter().any(|t| desc.materials[t.material as usize].alpha_mask.is_some()),
+            alpha_masks,
         }
     }
 

@@ -72,17 +72,19 @@ impl PreparedScene {
     pub fn new(desc: &SceneDesc) -> Result<PreparedScene> {
         let start = Instant::now();
         validate::check(desc)?;
-        let mut warnings = scale_limits::check(desc)?;
-        let degenerate = degenerate_triangles(desc);
+        let geometry = desc.geometry();
+        let mut warnings = scale_limits::check(desc, &geometry)?;
+        let degenerate = degenerate_triangles(&geometry);
         let (materials, material_index) = material_table(&desc.materials);
-        let emitters = emitter_table(desc, &degenerate);
-        let triangles = triangle_table(desc, &degenerate, &material_index, emitters.iter().map(|e| e.triangle));
-        let corners = corner_table(desc, &triangles);
+        let emitters = emitter_table(&desc.materials, &geometry, &degenerate);
+        let triangles = triangle_table(&geometry, &degenerate, &material_index, emitters.iter().map(|e| e.triangle));
+        let corners = corner_table(&desc.materials, &geometry, &triangles);
         let classes = class_table(&triangles, &materials);
-        let vertices: Vec<[u32; 3]> = desc.triangles.iter().map(|t| t.vertices).collect();
-        let bvh = Bvh::build(&desc.positions, &vertices, |id| !degenerate[id as usize]);
-        let features = Features::new(desc, &degenerate, &classes, &corners);
-        warnings.extend(emitter_facing::warnings(desc, &emitters, &triangles, &bvh));
+        let vertices: Vec<[u32; 3]> = geometry.triangles.iter().map(|t| t.vertices).collect();
+        let bvh = Bvh::build(&geometry.positions, &vertices, |id| !degenerate[id as usize]);
+        let alpha_masks = AlphaMaskTable::new(desc, &geometry);
+        let features = Features::new(desc, &degenerate, &classes, &corners, !alpha_masks.is_empty());
+        warnings.extend(emitter_facing::warnings(desc, &geometry, &emitters, &triangles, &bvh));
         Ok(PreparedScene {
             name: desc.name.clone(),
             camera: desc.camera,
@@ -92,11 +94,11 @@ impl PreparedScene {
             triangles,
             corners,
             textures: Arc::new(TextureTable::new(&desc.textures)),
-            alpha_masks: Arc::new(AlphaMaskTable::new(desc)),
+            alpha_masks: Arc::new(alpha_masks),
             classes,
             materials,
             emitters,
-            environment: desc.environment.as_ref().map(Environment::new),
+            environment: desc.environment().map(Environment::new),
             bvh,
             light_tree: OnceLock::new(),
             features,

@@ -3,6 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::scene::desc::SceneDesc;
+use crate::scene::flatten::Geometry;
 use glam::DVec3;
 
 /// The largest coordinate: triangle tests multiply three lengths. Measured: a Cornell box scaled by powers of two
@@ -23,18 +24,18 @@ pub const FAR: f64 = 1000.0;
 ///
 /// # Errors
 /// [`Error::Scene`] where f32 would overflow or sink: such a picture would be wrong without a sign of it.
-pub fn check(desc: &SceneDesc) -> Result<Vec<String>> {
+pub fn check(desc: &SceneDesc, geometry: &Geometry<'_>) -> Result<Vec<String>> {
     let fail = |message: String| Err(Error::Scene { scene: desc.name.clone(), message });
-    let used = desc.triangles.iter().flat_map(|t| t.vertices).map(|v| desc.positions[v as usize]);
+    let used = geometry.triangles.iter().flat_map(|t| t.vertices).map(|v| geometry.positions[v as usize]);
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for vertex in used.map(|v| DVec3::from(v.map(f64::from))) {
         (low, high) = (low.min(vertex), high.max(vertex));
     }
-    if desc.triangles.is_empty() {
+    if geometry.triangles.is_empty() {
         return Ok(Vec::new());
     }
     let (farthest, size) = (low.abs().max(high.abs()).max_element(), (high - low).max_element());
-    let camera = DVec3::from(desc.camera.position).abs().max_element();
+    let camera = DVec3::from(desc.camera.eye()).abs().max_element();
     for (what, coordinate) in [("the mesh", farthest), ("the camera", camera)] {
         if coordinate > LARGEST_COORDINATE {
             return fail(format!(

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use crate::scene::desc::SceneDesc;
+use crate::scene::flatten::Geometry;
 use crate::scene::validate::is_degenerate;
 use crate::tables::margins::Margins;
 use crate::tables::materials::MaterialRecord;
@@ -32,14 +32,9 @@ pub struct TriangleRecord {
 /// The bit of [`crate::tables::PreparedScene::classes`] that says: this triangle emits.
 pub const CLASS_EMITS: u8 = 0x80;
 
-/// The vertices of a triangle.
-pub(super) fn vertices(desc: &SceneDesc, triangle: usize) -> [[f32; 3]; 3] {
-    desc.triangles[triangle].vertices.map(|v| desc.positions[v as usize])
-}
-
 /// Per triangle, whether it has no area.
-pub(super) fn degenerate_triangles(desc: &SceneDesc) -> Vec<bool> {
-    (0..desc.triangles.len()).map(|id| is_degenerate(vertices(desc, id))).collect()
+pub(super) fn degenerate_triangles(geometry: &Geometry<'_>) -> Vec<bool> {
+    (0..geometry.triangles.len()).map(|id| is_degenerate(geometry.vertices(id))).collect()
 }
 
 /// Twice the area vector of a triangle, from its rounded vertices, in f64.
@@ -51,16 +46,16 @@ pub(super) fn double_area_vector([a, b, c]: [[f32; 3]; 3]) -> DVec3 {
 /// The records of a scene; `material_index` are the places of its materials in the material table, `emissive` the ids of
 /// its emitters, ascending.
 pub(super) fn triangle_table(
-    desc: &SceneDesc,
+    geometry: &Geometry<'_>,
     degenerate: &[bool],
     material_index: &[u32],
     emissive: impl IntoIterator<Item = u32>,
 ) -> Vec<TriangleRecord> {
     let mut emissive = emissive.into_iter().enumerate().peekable();
-    (0..desc.triangles.len())
+    (0..geometry.triangles.len())
         .map(|id| {
-            let triangle = desc.triangles[id];
-            let vertices = vertices(desc, id);
+            let triangle = geometry.triangles[id];
+            let vertices = geometry.vertices(id);
             let normal = if degenerate[id] {
                 DVec3::Z // never hit; any finite value will do
             } else {

@@ -88,6 +88,8 @@ pub fn polygon_irradiance(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64
 #[derive(Default)]
 pub struct Maker {
     pub desc: octray::scene::SceneDesc,
+    /// All its triangles, in world space.
+    pub mesh: octray::scene::desc::MeshDesc,
 }
 
 impl Maker {
@@ -110,10 +112,10 @@ impl Maker {
 
     /// Two triangles; corners counter-clockwise seen from the front.
     pub fn quad(&mut self, corners: [[f32; 3]; 4], material: u32) {
-        let first = self.desc.positions.len() as u32;
-        self.desc.positions.extend(corners);
+        let first = self.mesh.positions.len() as u32;
+        self.mesh.positions.extend(corners);
         for vertices in [[first, first + 1, first + 2], [first, first + 2, first + 3]] {
-            self.desc.triangles.push(octray::scene::desc::TriangleDesc { vertices, material, flipped: false });
+            self.mesh.triangles.push(octray::scene::desc::TriangleDesc { vertices, material, flipped: false });
         }
     }
 
@@ -132,6 +134,13 @@ impl Maker {
         }
     }
 
+    /// The description, its mesh included.
+    pub fn whole(&self) -> octray::scene::SceneDesc {
+        let mut whole = self.desc.clone();
+        whole.add_mesh(self.mesh.clone(), Default::default());
+        whole
+    }
+
     /// Looks from `position` at `look_at` with a field of view of `fov` degrees; then ready.
     pub fn seen(self, position: [f64; 3], look_at: [f64; 3], fov: f64) -> PreparedScene {
         self.seen_through(position, look_at, fov, 0.0, 1.0)
@@ -148,11 +157,18 @@ impl Maker {
     ) -> PreparedScene {
         let along_y = (position[0] - look_at[0]).abs() + (position[2] - look_at[2]).abs() < 1e-9;
         let up = if along_y { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
-        self.desc.camera =
-            octray::scene::desc::CameraDesc { position, look_at, up, vertical_fov, aperture_radius, focus_distance };
+        self.desc.camera = octray::scene::desc::CameraDesc {
+            position,
+            look_at,
+            up,
+            vertical_fov,
+            aperture_radius,
+            focus_distance,
+            to_world: None,
+        };
         self.desc.film = (4, 4);
         self.desc.name = "a test's scene".into();
-        PreparedScene::new(&self.desc).unwrap_or_else(|error| panic!("{error}"))
+        PreparedScene::new(&self.whole()).unwrap_or_else(|error| panic!("{error}"))
     }
 }
 

@@ -29,11 +29,11 @@ fn cut(maker: &mut Maker, material: u32, mask: u32, repeats: f64) {
 
 /// A quad with coordinates 0 to 1 along its first and its last side.
 fn card(maker: &mut Maker, corners: [[f32; 3]; 4], material: u32) {
-    maker.desc.corners.resize(maker.desc.triangles.len(), CornerDesc::default());
+    maker.mesh.corners.resize(maker.mesh.triangles.len(), CornerDesc::default());
     maker.quad(corners, material);
     let uvs = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
-        maker.desc.corners.push(CornerDesc { uvs: [uvs[a], uvs[b], uvs[c]], ..CornerDesc::default() });
+        maker.mesh.corners.push(CornerDesc { uvs: [uvs[a], uvs[b], uvs[c]], ..CornerDesc::default() });
     }
 }
 
@@ -80,9 +80,9 @@ fn room(extra: impl Fn(&mut Maker)) -> PreparedScene {
     let decal = maker.diffuse([0.1, 0.1, 0.7], [0.0; 3]);
     cut(&mut maker, decal, 0, 3.0);
     card(&mut maker, [[-4.0, 0.0, -2.0], [4.0, 0.0, -2.0], [4.0, 4.0, -2.0], [-4.0, 4.0, -2.0]], decal);
-    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [0.2, 0.3, 0.4] });
+    maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [0.2, 0.3, 0.4] }));
     extra(&mut maker);
-    maker.desc.corners.resize(maker.desc.triangles.len(), CornerDesc::default());
+    maker.mesh.corners.resize(maker.mesh.triangles.len(), CornerDesc::default());
     maker.seen([0.6, 1.7, 6.0], [0.0, 1.3, 0.0], 45.0)
 }
 
@@ -215,7 +215,7 @@ fn under_stripes(at: [f64; 3], emission: [f64; 3], sky: Option<[f64; 3]>) -> Pre
     cut(&mut maker, striped, 0, f64::from(STRIPES / 2));
     maker.quad([[-2e3, 0.0, 2e3], [2e3, 0.0, 2e3], [2e3, 0.0, -2e3], [-2e3, 0.0, -2e3]], floor);
     card(&mut maker, [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]], striped);
-    maker.desc.environment = sky.map(|radiance| EnvironmentDesc::Constant { radiance });
+    maker.desc.set_environment(sky.map(|radiance| EnvironmentDesc::Constant { radiance }));
     maker.seen([at[0] + 6.0, 0.5, at[2] + 1.0], at, 1e-3)
 }
 

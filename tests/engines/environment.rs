@@ -224,8 +224,11 @@ fn a_constant_map_is_a_constant_environment() {
     let mut maker = Maker::default();
     let stone = maker.diffuse([0.75, 0.5, 0.25], [0.0; 3]);
     maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], false, stone);
-    maker.desc.environment =
-        Some(EnvironmentDesc::Map(MapDesc { rotate: 10.0, scale: 2.0, ..map(16, 8, |_, _| [0.5, 1.0, 1.5]) }));
+    maker.desc.set_environment(Some(EnvironmentDesc::Map(MapDesc {
+        rotate: 10.0,
+        scale: 2.0,
+        ..map(16, 8, |_, _| [0.5, 1.0, 1.5])
+    })));
     let scene = maker.seen([3.0, 2.5, 4.0], [0.3, 0.1, 0.2], 10.0);
     for strategy in exact_strategies() {
         let settings = Settings { strategy, ..small(16, 16, 512) };
@@ -241,7 +244,7 @@ fn one_hot_texel_lights_a_floor() {
     let mut maker = Maker::default();
     let floor = maker.diffuse([0.5; 3], [0.0; 3]);
     maker.quad([[-50.0, 0.0, 50.0], [50.0, 0.0, 50.0], [50.0, 0.0, -50.0], [-50.0, 0.0, -50.0]], floor);
-    maker.desc.environment = Some(EnvironmentDesc::Map(MapDesc { rotate: 200.0, ..picture }));
+    maker.desc.set_environment(Some(EnvironmentDesc::Map(MapDesc { rotate: 200.0, ..picture })));
     let scene = maker.seen([3.0, 2.5, 4.0], [0.0, 0.0, 0.0], 1.0);
     // Irradiance of a texel: integral of cos over azimuth and cos theta = d_phi (c0^2 - c1^2) / 2.
     let cosine = |row: u32| (row as f64 / height as f64 * PI).cos();
@@ -267,8 +270,8 @@ fn the_map_lies_where_the_contract_says() {
         let mut maker = Maker::default();
         let black = maker.diffuse([0.0; 3], [0.0; 3]);
         maker.quad([[0.0, -9.0, 0.0], [1e-3, -9.0, 0.0], [1e-3, -9.0, 1e-3], [0.0, -9.0, 1e-3]], black);
-        maker.desc.environment = Some(EnvironmentDesc::Map(MapDesc { rotate, ..map(8, 4, texel) }));
-        let desc = maker.desc;
+        maker.desc.set_environment(Some(EnvironmentDesc::Map(MapDesc { rotate, ..map(8, 4, texel) })));
+        let Maker { desc, mesh } = maker;
         for (axis, column) in axes {
             // Half a texel to the right of the border at the axis, and up in the middle of a row.
             for (row, elevation) in [(0, 67.5f64), (1, 22.5), (2, -22.5), (3, -67.5)] {
@@ -278,7 +281,7 @@ fn the_map_lies_where_the_contract_says() {
                 let level = forward * azimuth.cos() + right * azimuth.sin();
                 let (sine, cosine) = elevation.to_radians().sin_cos();
                 let look = (level * cosine + DVec3::Y * sine).to_array();
-                let scene = Maker { desc: desc.clone() }.seen([0.0; 3], look, 5.0);
+                let scene = Maker { desc: desc.clone(), mesh: mesh.clone() }.seen([0.0; 3], look, 5.0);
                 // Turned by `rotate` about +y the surroundings move to the left: what is seen comes from columns further right.
                 let wanted = texel((column + shift) as u32 % 8, row);
                 for strategy in Strategy::ALL.iter().filter(|s| **s != Strategy::NeeNoEmission) {
@@ -312,7 +315,7 @@ fn engines_agree_under_a_map_with_and_without_other_lights() {
             maker.quad([[-0.5, 3.0, -0.5], [0.5, 3.0, -0.5], [0.5, 3.0, 0.5], [-0.5, 3.0, 0.5]], light);
         }
         let hot = |x: u32, y: u32| if (x, y) == (9, 4) { [3000.0; 3] } else { [0.1 * x as f32, 0.5, 0.1 * y as f32] };
-        maker.desc.environment = Some(EnvironmentDesc::Map(MapDesc { rotate: 50.0, ..map(32, 16, hot) }));
+        maker.desc.set_environment(Some(EnvironmentDesc::Map(MapDesc { rotate: 50.0, ..map(32, 16, hot) })));
         let scene = maker.seen([3.0, 2.5, 4.0], [0.3, 0.1, 0.2], 40.0);
         let base = small(24, 24, 600);
         let reference = render(&scene, &Settings { spp: 4000, seed: 9, threads: 0, ..base.clone() }).film;

@@ -42,11 +42,11 @@ fn scattered(count: u32, environment: bool) -> PreparedScene {
         let corners = [p, p + a, p + a + b, p + b].map(|v| v.to_array());
         maker.quad(corners, material);
         if i % 2 == 0 {
-            maker.desc.triangles.pop();
+            maker.mesh.triangles.pop();
         }
     }
     if environment {
-        maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [0.3, 0.2, 0.9] });
+        maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [0.3, 0.2, 0.9] }));
     }
     maker.seen([0.5, 0.5, 3.0], [0.5; 3], 40.0)
 }

@@ -7,18 +7,18 @@ use octray::{Engine, Lights, PreparedScene, Settings, Strategy, render};
 
 /// A ball of `rings` x `2 rings` facets about the origin with the normals of a sphere.
 fn ball(maker: &mut Maker, rings: u32, radius: f64, material: u32) {
-    let first = maker.desc.positions.len() as u32;
+    let first = maker.mesh.positions.len() as u32;
     let mut normals = Vec::new();
     for ring in 0..=rings {
         for step in 0..2 * rings {
             let (theta, phi) =
                 (std::f64::consts::PI / rings as f64 * ring as f64, std::f64::consts::PI / rings as f64 * step as f64);
             let n = [theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()];
-            maker.desc.positions.push(n.map(|x| (radius * x) as f32));
+            maker.mesh.positions.push(n.map(|x| (radius * x) as f32));
             normals.push(n.map(|x| x as f32));
         }
     }
-    maker.desc.corners.resize(maker.desc.triangles.len(), CornerDesc::default());
+    maker.mesh.corners.resize(maker.mesh.triangles.len(), CornerDesc::default());
     for ring in 0..rings {
         for step in 0..2 * rings {
             let at = |ring: u32, step: u32| ring * 2 * rings + step % (2 * rings);
@@ -28,9 +28,9 @@ fn ball(maker: &mut Maker, rings: u32, radius: f64, material: u32) {
                     continue; // without area, at a pole
                 }
                 let vertices = corners.map(|v| first + v);
-                maker.desc.triangles.push(TriangleDesc { vertices, material, flipped: false });
+                maker.mesh.triangles.push(TriangleDesc { vertices, material, flipped: false });
                 maker
-                    .desc
+                    .mesh
                     .corners
                     .push(CornerDesc { normals: corners.map(|v| normals[v as usize]), ..CornerDesc::default() });
             }
@@ -61,7 +61,7 @@ fn ball_on_floor(scattering: Scattering) -> PreparedScene {
     maker.quad([[-6.0, -1.0, 6.0], [6.0, -1.0, 6.0], [6.0, -1.0, -6.0], [-6.0, -1.0, -6.0]], floor);
     maker.quad([[-1.0, 3.0, -1.0], [1.0, 3.0, -1.0], [1.0, 3.0, 1.0], [-1.0, 3.0, 1.0]], lamp);
     ball(&mut maker, 8, 1.0, skin);
-    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [0.2, 0.3, 0.4] });
+    maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [0.2, 0.3, 0.4] }));
     maker.seen([2.0, 1.5, 3.0], [0.0, 0.0, 0.0], 35.0)
 }
 
@@ -114,7 +114,7 @@ fn the_furnace_loses_little() {
         let mut maker = Maker::default();
         let skin = maker.material(scattering, [0.0; 3]);
         ball(&mut maker, 24, 1.0, skin);
-        maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+        maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
         let scene = maker.seen([0.0, 0.5, 4.0], [0.0; 3], 26.0);
         for strategy in exact_strategies() {
             let film = render(&scene, &Settings { strategy, ..small(32, 32, 64) }).film;
@@ -135,12 +135,12 @@ fn no_light_leaks_into_a_smooth_box() {
             let wall = maker.material(scattering, [0.0; 3]);
             let lamp = maker.diffuse([0.0; 3], [1e6; 3]);
             maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], outward < 0.0, wall);
-            let corner = |v: u32| maker.desc.positions[v as usize].map(|x| outward * x / 3f32.sqrt());
+            let corner = |v: u32| maker.mesh.positions[v as usize].map(|x| outward * x / 3f32.sqrt());
             let corners = |t: &TriangleDesc| CornerDesc { normals: t.vertices.map(corner), ..CornerDesc::default() };
-            let corners: Vec<CornerDesc> = maker.desc.triangles.iter().map(corners).collect();
-            maker.desc.corners = corners;
+            let corners: Vec<CornerDesc> = maker.mesh.triangles.iter().map(corners).collect();
+            maker.mesh.corners = corners;
             maker.cuboid([-4.0, -4.0, -4.0], [4.0, 4.0, 4.0], true, lamp);
-            maker.desc.corners.resize(maker.desc.triangles.len(), CornerDesc::default());
+            maker.mesh.corners.resize(maker.mesh.triangles.len(), CornerDesc::default());
             let scene = maker.seen([0.3, 0.2, 0.5], [-0.4, -0.3, -1.0], 80.0);
             for strategy in exact_strategies() {
                 let film = render(&scene, &Settings { strategy, max_depth: Some(6), ..small(32, 32, 16) }).film;
@@ -197,7 +197,7 @@ fn flat_surfaces_need_no_table() {
     let mut maker = Maker::default();
     let wall = maker.diffuse([0.5; 3], [1.0; 3]);
     maker.quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]], wall);
-    maker.desc.corners =
+    maker.mesh.corners =
         vec![CornerDesc { normals: [[0.0, 0.0, 1.0], [0.0, 1e-4, 1.0], [0.0; 3]], ..CornerDesc::default() }; 2];
     let scene = maker.seen([0.5, 0.5, 2.0], [0.5, 0.5, 0.0], 30.0);
     assert!(scene.corners.is_empty() && !scene.features.smooth_normals);
@@ -211,7 +211,7 @@ fn a_ball_of_glass_traps_no_path() {
         let mut maker = Maker::default();
         let glass = maker.material(Scattering::Dielectric { ior: 2.5, transmittance: [1.0; 3] }, [0.0; 3]);
         ball(&mut maker, rings, 1.0, glass);
-        maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+        maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
         let scene = maker.seen([0.3, 0.4, 4.0], [0.0; 3], 30.0);
         let settings = Settings { rr_depth: None, ..small(64, 64, 256) };
         let whole = render(&scene, &settings);

@@ -31,10 +31,10 @@ fn poster(repeats: f32, scattering: Scattering, emits: bool) -> Maker {
     maker.desc.textures = vec![picture()];
     maker.quad([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]], paper);
     let uv = |v: u32| {
-        let [x, y, _] = maker.desc.positions[v as usize];
+        let [x, y, _] = maker.mesh.positions[v as usize];
         [x * repeats, y * repeats]
     };
-    maker.desc.corners = (maker.desc.triangles.iter())
+    maker.mesh.corners = (maker.mesh.triangles.iter())
         .map(|t| CornerDesc { uvs: t.vertices.map(uv), ..CornerDesc::default() })
         .collect();
     maker
@@ -43,7 +43,7 @@ fn poster(repeats: f32, scattering: Scattering, emits: bool) -> Maker {
 /// What a pixel-sized look straight at (x, y) of the square finds.
 fn look_at(scene: impl Fn() -> Maker, x: f64, y: f64) -> [f64; 3] {
     let mut maker = scene();
-    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+    maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
     let scene = maker.seen([x, y, 2.0], [x, y, 0.0], 1e-4);
     render(&scene, &Settings { strategy: Strategy::Nee, max_depth: Some(1), ..small(1, 1, 4) }).film.mean_radiance()
 }
@@ -104,13 +104,13 @@ fn room() -> PreparedScene {
     maker.quad([[-1.0, 1.5, -1.0], [1.0, 1.5, -1.0], [1.0, 1.5, 1.0], [-1.0, 1.5, 1.0]], lamp);
     maker.quad([[2.0, 1.0, -1.0], [2.2, 1.0, -1.0], [2.2, 1.0, -0.8], [2.0, 1.0, -0.8]], bulb);
     let uv = |v: u32| {
-        let [x, _, z] = maker.desc.positions[v as usize];
+        let [x, _, z] = maker.mesh.positions[v as usize];
         [0.5 * x + 0.5, 0.5 * z + 0.5]
     };
-    let more: Vec<CornerDesc> = (maker.desc.triangles[2..].iter())
+    let more: Vec<CornerDesc> = (maker.mesh.triangles[2..].iter())
         .map(|t| CornerDesc { uvs: t.vertices.map(uv), ..CornerDesc::default() })
         .collect();
-    maker.desc.corners.extend(more);
+    maker.mesh.corners.extend(more);
     maker.seen([1.5, 1.2, 3.5], [0.3, 0.6, 0.0], 50.0)
 }
 
@@ -179,7 +179,7 @@ fn mtl_and_toml_name_textures() {
     assert_eq!(scene.materials[0].texture, Some(wanted));
     assert_eq!(albedo(&scene), [0.5, 0.5, 0.25], "Kd multiplies");
     assert_eq!((scene.textures.len(), &scene.textures[0].texels[..]), (1, &[[0, 10, 20], [200, 10, 20]][..]));
-    assert_eq!(scene.corners[0].uvs, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    assert_eq!(scene.meshes[0].corners[0].uvs, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
     let scene = load("newmtl m\nKd 0 0 0\nmap_Kd -bm 1 a b.png\nmap_Ke a b.png", None).unwrap();
     assert_eq!((albedo(&scene), scene.materials[0].emission), ([1.0; 3], [1.0; 3]), "black: the picture alone");
     assert!(scene.materials[0].emission_texture.is_some() && warned(&scene, "-bm have no effect"));

@@ -48,7 +48,7 @@ fn engines_agree_bit_for_bit_on_every_material_and_strategy() {
                 material.scattering = scattering;
             }
         }
-        scene.desc.environment = Some(octray::scene::desc::EnvironmentDesc::Constant { radiance: [0.1, 0.2, 0.3] });
+        scene.desc.set_environment(Some(octray::scene::desc::EnvironmentDesc::Constant { radiance: [0.1, 0.2, 0.3] }));
         let scene = scene.prepare().expect("a scene of ours");
         for &strategy in Strategy::ALL {
             for (lights, max_depth) in [(Lights::Uniform, None), (Lights::Power, Some(2))] {
@@ -255,7 +255,7 @@ fn exact_strategies_agree_on_every_material() {
         maker.quad([[-4.0, 0.0, 4.0], [4.0, 0.0, 4.0], [4.0, 0.0, -4.0], [-4.0, 0.0, -4.0]], floor);
         maker.quad([[-1.5, 3.0, -1.5], [1.5, 3.0, -1.5], [1.5, 3.0, 1.5], [-1.5, 3.0, 1.5]], light);
         maker.cuboid([-0.7, 0.2, -0.7], [0.7, 1.2, 0.7], false, object);
-        maker.desc.environment = Some(octray::scene::desc::EnvironmentDesc::Constant { radiance: [0.3, 0.2, 0.1] });
+        maker.desc.set_environment(Some(octray::scene::desc::EnvironmentDesc::Constant { radiance: [0.3, 0.2, 0.1] }));
         let scene = maker.seen([2.5, 2.6, 3.0], [0.0, 0.7, 0.0], 32.0);
         let settings = Settings { max_depth: Some(6), threads: 0, ..small(20, 20, 1024) };
         let truth = render(&scene, &Settings { seed: 77, spp: 4096, ..settings.clone() }).film;

@@ -13,7 +13,7 @@
 //!   lamp brighter than 5.
 
 use crate::common::{SCENES, estimate, exact_strategies, prepared, small};
-use octray::scene::desc::{EnvironmentDesc, Scattering};
+use octray::scene::desc::{EnvironmentDesc, LightDesc, Scattering};
 use octray::{Film, Lights, PreparedScene, Sampler, Scene, Settings, Strategy, render};
 
 const LECTURE: &str = "scenes/lecture_lights.toml";
@@ -41,7 +41,9 @@ fn softened(path: &str) -> Option<PreparedScene> {
             blue.emission = blue.emission.map(|c| c / 300.0);
         }
         SKY => {
-            let Some(EnvironmentDesc::Map(map)) = &mut scene.desc.environment else { panic!("a map") };
+            let [LightDesc::Environment(EnvironmentDesc::Map(map))] = &mut scene.desc.lights[..] else {
+                panic!("a map")
+            };
             map.texels.iter_mut().for_each(|texel| *texel = texel.map(|c| c.min(3.0)));
         }
         PLATES => {

@@ -184,19 +184,19 @@ fn sphere_lamp(maker: &mut Maker, centre: DVec3, rings: u32, material: u32) -> f
             (std::f64::consts::PI / rings as f64 * ring as f64, std::f64::consts::PI / rings as f64 * step as f64);
         (centre + DVec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin())).as_vec3().to_array()
     };
-    let first = maker.desc.triangles.len();
+    let first = maker.mesh.triangles.len();
     for ring in 0..rings {
         for step in 0..2 * rings {
             maker.quad([at(ring, step), at(ring, step + 1), at(ring + 1, step + 1), at(ring + 1, step)], material);
         }
     }
     let height = |triangle: &octray::scene::desc::TriangleDesc| {
-        let [a, b, c] = triangle.vertices.map(|v| DVec3::from(maker.desc.positions[v as usize].map(f64::from)));
+        let [a, b, c] = triangle.vertices.map(|v| DVec3::from(maker.mesh.positions[v as usize].map(f64::from)));
         let normal = (b - a).cross(c - a);
         // Without area at the poles: no face.
         if normal.length() < 1e-9 { 1.0 } else { (a - centre).dot(normal.normalize()) }
     };
-    maker.desc.triangles[first..].iter().map(height).fold(1.0, f64::min)
+    maker.mesh.triangles[first..].iter().map(height).fold(1.0, f64::min)
 }
 
 /// A sphere of radiance 1 and radius r whose centre stands d away at an angle theta from the normal, wholly above the
@@ -342,7 +342,7 @@ fn a_constant_environment_lights_a_convex_object_evenly() {
     let mut maker = Maker::default();
     let stone = maker.diffuse(ALBEDO, [0.0; 3]);
     maker.cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], false, stone);
-    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0, 2.0, 3.0] });
+    maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0, 2.0, 3.0] }));
     let scene = maker.seen([3.0, 2.5, 4.0], [0.3, 0.1, 0.2], 10.0);
     let truth: [f64; 3] = std::array::from_fn(|c| ALBEDO[c] * [1.0, 2.0, 3.0][c]);
     for strategy in exact_strategies() {
@@ -364,7 +364,7 @@ fn an_environment_beside_a_light_adds_up() {
     // (Not larger: on a floor of 9,000 f32 places the hit so coarsely that the radiance is off by 0.1 %.)
     maker.quad([[-20.0, 0.0, 20.0], [20.0, 0.0, 20.0], [20.0, 0.0, -20.0], [-20.0, 0.0, -20.0]], floor);
     maker.quad(LIGHT, light);
-    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [0.5; 3] });
+    maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [0.5; 3] }));
     let scene = maker.seen([at[0] + 6.0, 0.9, at[2] + 1.0], at, 1e-3);
     let corners = LIGHT.map(|c| DVec3::from(c.map(f64::from)));
     let irradiance = polygon_irradiance(DVec3::from(at), DVec3::Y, &corners);

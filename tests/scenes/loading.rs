@@ -3,6 +3,7 @@
 mod common;
 mod descriptions;
 mod environments;
+mod instances;
 mod materials;
 mod meshes;
 mod never_panics;

@@ -77,10 +77,11 @@ fn checked_region(name: &str, area: Crop, film: (u32, u32)) -> Result<Region> {
 
 /// What shines in a scene: materials in the order of the scene, then the surroundings.
 fn lights(desc: &SceneDesc) -> Vec<String> {
-    let used = |index: usize| desc.triangles.iter().any(|triangle| triangle.material as usize == index);
+    let placed = || desc.instances.iter().flat_map(|instance| &desc.meshes[instance.mesh as usize].triangles);
+    let used = |index: usize| placed().any(|triangle| triangle.material as usize == index);
     let shining = desc.materials.iter().enumerate();
     let shining = shining.filter(|(index, m)| m.emission.iter().any(|e| *e > 0.0) && used(*index));
-    let surroundings = desc.environment.iter().map(|_| ENVIRONMENT.to_owned());
+    let surroundings = desc.environment().into_iter().map(|_| ENVIRONMENT.to_owned());
     shining.map(|(_, material)| material.name.clone()).chain(surroundings).collect()
 }
 
@@ -125,7 +126,7 @@ fn case(scene: &Scene, light: String) -> Result<Case> {
             material.emission_texture = None;
         }
         if light != ENVIRONMENT {
-            only.desc.environment = None;
+            only.desc.set_environment(None);
         }
     }
     let prepared = only.prepare()?;

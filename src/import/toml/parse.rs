@@ -3,9 +3,9 @@
 use crate::error::{Error, Result};
 use crate::import::obj::mtl::MtlMaterial;
 use crate::import::toml::reader::{Document, Table};
-use crate::import::transform;
-use crate::import::transform::Transform;
 use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
+use crate::scene::transform;
+use crate::scene::transform::Similarity;
 use crate::scene::validate;
 use crate::settings::MAX_FILM_SIDE;
 use std::ops::Range;
@@ -44,7 +44,7 @@ pub struct MeshEntry {
     /// The line it begins at.
     pub line: usize,
     /// Where it stands.
-    pub transform: Transform,
+    pub transform: Similarity,
 }
 
 /// What `[environment]` says.
@@ -196,6 +196,7 @@ fn parse_camera(table: &Table<'_>) -> Result<CameraDesc> {
                 distance => distance,
             }
         }),
+        to_world: None,
     };
     match validate::camera_fault(&camera) {
         // The line of the key to change: the fault's text begins with its name.
@@ -271,7 +272,7 @@ fn parse_mesh(table: &Table<'_>) -> Result<MeshEntry> {
     if obj.is_empty() {
         return Err(table.error_at("obj", "`obj` is empty: name an OBJ file"));
     }
-    let mut transform = Transform::default();
+    let mut transform = Similarity::default();
     if let Some(scale) = table.number("scale")? {
         if scale == 0.0 {
             return Err(table.error_at("scale", "`scale` is 0: nothing would be left of the mesh"));

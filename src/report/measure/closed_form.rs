@@ -8,13 +8,15 @@ use std::collections::HashMap;
 
 use crate::scene::SceneDesc;
 use crate::scene::desc::Scattering;
+use crate::scene::flatten::Geometry;
 use glam::DVec3;
 
 /// The radiance of every pixel, W sr^-1 m^-2, if `scene` is a furnace whose inside the camera sees.
 pub fn radiance(scene: &SceneDesc, max_depth: Option<u32>) -> Option<[f64; 3]> {
-    let first = &scene.materials[scene.triangles.first()?.material as usize];
+    let geometry = scene.geometry();
+    let first = &scene.materials[geometry.triangles.first()?.material as usize];
     let Scattering::Diffuse { albedo } = first.scattering else { return None };
-    let same = scene.triangles.iter().all(|triangle| {
+    let same = geometry.triangles.iter().all(|triangle| {
         let material = &scene.materials[triangle.material as usize];
         material.scattering == first.scattering
             && material.emission == first.emission
@@ -23,10 +25,15 @@ pub fn radiance(scene: &SceneDesc, max_depth: Option<u32>) -> Option<[f64; 3]> {
     });
     let lit = first.emission.iter().any(|e| *e > 0.0) && albedo.iter().all(|a| *a < 1.0);
     // Interpolated normals change what a surface reflects; a lens could reach outside.
-    if !same || !lit || scene.environment.is_some() || !scene.corners.is_empty() || scene.camera.aperture_radius > 0.0 {
+    if !same
+        || !lit
+        || scene.environment().is_some()
+        || !geometry.corners.is_empty()
+        || scene.camera.aperture_radius > 0.0
+    {
         return None;
     }
-    if !closed_and_fronts_inwards(scene) {
+    if !closed_and_fronts_inwards(&geometry, DVec3::from_array(scene.camera.eye())) {
         return None;
     }
     let channel = |c: usize| {
@@ -39,8 +46,8 @@ pub fn radiance(scene: &SceneDesc, max_depth: Option<u32>) -> Option<[f64; 3]> {
 
 /// Whether the triangles make one closed surface around the camera, with its front towards it: every directed edge is met
 /// once and its opposite once, all triangles hang together, and they turn once around the eye.
-fn closed_and_fronts_inwards(scene: &SceneDesc) -> bool {
-    let corner = |index: u32| scene.positions[index as usize];
+fn closed_and_fronts_inwards(geometry: &Geometry<'_>, eye: DVec3) -> bool {
+    let corner = |index: u32| geometry.positions[index as usize];
     // Vertices are the same where their positions are: files repeat them.
     let mut ids: HashMap<[u32; 3], usize> = HashMap::new();
     let mut id = |index: u32| {
@@ -48,10 +55,9 @@ fn closed_and_fronts_inwards(scene: &SceneDesc) -> bool {
         *ids.entry(corner(index).map(|value| (value + 0.0).to_bits())).or_insert(next)
     };
     let mut edges: HashMap<(usize, usize), usize> = HashMap::new();
-    let mut parts = Parts((0..scene.triangles.len()).collect());
-    let eye = DVec3::from_array(scene.camera.position);
+    let mut parts = Parts((0..geometry.triangles.len()).collect());
     let mut solid_angle = 0.0;
-    for (number, triangle) in scene.triangles.iter().enumerate() {
+    for (number, triangle) in geometry.triangles.iter().enumerate() {
         let [a, b, c] = triangle.vertices;
         let [a, b, c] = if triangle.flipped { [a, c, b] } else { [a, b, c] };
         solid_angle += signed_solid_angle([a, b, c].map(|i| DVec3::from_array(corner(i).map(f64::from)) - eye));
@@ -66,7 +72,7 @@ fn closed_and_fronts_inwards(scene: &SceneDesc) -> bool {
         let Some(neighbour) = edges.get(&(*b, *a)) else { return false };
         parts.join(*number, *neighbour);
     }
-    let whole = (0..scene.triangles.len()).all(|number| parts.root(number) == parts.root(0));
+    let whole = (0..geometry.triangles.len()).all(|number| parts.root(number) == parts.root(0));
     // Fronts turn counter-clockwise seen from the front: seen from inside a surface that faces inwards, once around.
     whole && (solid_angle + 4.0 * std::f64::consts::PI).abs() < 1e-3
 }
@@ -114,21 +120,21 @@ mod tests {
     #[test]
     fn what_is_nearly_a_furnace_is_not_taken_for_one() {
         let mut open = furnace();
-        open.triangles.pop();
+        open.meshes[0].triangles.pop();
         let mut turned = furnace();
-        turned.triangles[0].flipped = !turned.triangles[0].flipped;
+        turned.meshes[0].triangles[0].flipped = !turned.meshes[0].triangles[0].flipped;
         let mut inside_out = furnace();
-        inside_out.triangles.iter_mut().for_each(|triangle| triangle.flipped = !triangle.flipped);
+        inside_out.meshes[0].triangles.iter_mut().for_each(|triangle| triangle.flipped = !triangle.flipped);
         let mut outside = furnace();
         outside.camera.position = [0.0, 0.0, 1e3];
         let mut dark = furnace();
         dark.materials.iter_mut().for_each(|material| material.emission = [0.0; 3]);
         let mut sky = furnace();
-        sky.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+        sky.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
         let mut mixed = furnace();
         mixed.materials.push(mixed.materials[0].clone());
         mixed.materials.last_mut().unwrap().emission = [0.25; 3];
-        mixed.triangles[0].material = mixed.materials.len() as u32 - 1;
+        mixed.meshes[0].triangles[0].material = mixed.materials.len() as u32 - 1;
         let cornell = SceneDesc::load(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml")).unwrap();
         for (i, scene) in [open, turned, inside_out, outside, dark, sky, mixed, cornell].iter().enumerate() {
             assert_eq!(radiance(scene, None), None, "{i}");

@@ -3,7 +3,7 @@
 //! so which lamps matter changes from place to place.
 
 use crate::scene::builtin::{Mesh, add_ball, diffuse, fractal, uniform};
-use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
+use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
 use glam::DVec3;
 
 /// Bays on each side, and how much of the hall's length each takes.
@@ -81,13 +81,12 @@ pub(super) fn lamp_hall(name: String, lamps: u32) -> SceneDesc {
         film: (640, 480),
         filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(64), ..RenderDesc::default() },
-        positions: mesh.positions,
-        corners: Vec::new(),
+        meshes: vec![mesh.into_desc()],
+        instances: vec![InstanceDesc::default()],
         textures: Vec::new(),
         masks: Vec::new(),
-        triangles: mesh.triangles,
         materials: materials(),
-        environment: None,
+        lights: Vec::new(),
         warnings: Vec::new(),
     }
 }

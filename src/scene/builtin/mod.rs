@@ -3,7 +3,8 @@
 use crate::error::{Error, Result};
 use crate::nearest::nearest;
 use crate::scene::desc::{
-    CameraDesc, EnvironmentDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc, TriangleDesc,
+    CameraDesc, EnvironmentDesc, InstanceDesc, LightDesc, MaterialDesc, MeshDesc, PixelFilter, RenderDesc, Scattering,
+    SceneDesc, TriangleDesc,
 };
 use crate::scene::validate;
 use glam::DVec3;
@@ -105,13 +106,12 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
         film: (512, 512),
         filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(16), ..RenderDesc::default() },
-        positions: mesh.positions,
-        corners: Vec::new(),
+        meshes: vec![mesh.into_desc()],
+        instances: vec![InstanceDesc::default()],
         textures: Vec::new(),
         masks: Vec::new(),
-        triangles: mesh.triangles,
         materials,
-        environment: Some(EnvironmentDesc::Constant { radiance: [3.0, 3.8, 5.0] }),
+        lights: vec![LightDesc::Environment(EnvironmentDesc::Constant { radiance: [3.0, 3.8, 5.0] })],
         warnings: Vec::new(),
     }
 }
@@ -127,6 +127,10 @@ struct Mesh {
 }
 
 impl Mesh {
+    fn into_desc(self) -> MeshDesc {
+        MeshDesc { positions: self.positions, triangles: self.triangles, corners: Vec::new() }
+    }
+
     fn vertex(&mut self, p: DVec3) -> u32 {
         self.positions.push(p.as_vec3().to_array());
         self.positions.len() as u32 - 1

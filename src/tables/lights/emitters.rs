@@ -1,8 +1,9 @@
 //! The emitter table: every triangle that emits, whatever the light selection.
 
-use crate::scene::desc::SceneDesc;
+use crate::scene::desc::MaterialDesc;
+use crate::scene::flatten::Geometry;
 use crate::tables::textures::placed;
-use crate::tables::triangles::{double_area_vector, vertices};
+use crate::tables::triangles::double_area_vector;
 
 /// One emissive triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,18 +21,18 @@ pub struct Emitter {
 }
 
 /// The emitters of a scene, by ascending triangle id; triangles without area are none.
-pub(crate) fn emitter_table(desc: &SceneDesc, degenerate: &[bool]) -> Vec<Emitter> {
-    let material = |id: usize| &desc.materials[desc.triangles[id].material as usize];
+pub(crate) fn emitter_table(materials: &[MaterialDesc], geometry: &Geometry<'_>, degenerate: &[bool]) -> Vec<Emitter> {
+    let material = |id: usize| &materials[geometry.triangles[id].material as usize];
     let emission = |id: usize| material(id).emission;
-    (0..desc.triangles.len())
+    (0..geometry.triangles.len())
         .filter(|&id| !degenerate[id] && emission(id).iter().any(|&c| c as f32 > 0.0))
         .map(|id| Emitter {
             triangle: id as u32,
-            area: 0.5 * double_area_vector(vertices(desc, id)).length(),
+            area: 0.5 * double_area_vector(geometry.vertices(id)).length(),
             radiance: emission(id).map(|c| c as f32),
             two_sided: material(id).two_sided,
             texture: material(id).emission_texture.map(|used| {
-                let uvs = desc.corners.get(id).map_or([[0.0; 2]; 3], |corner| corner.uvs);
+                let uvs = geometry.corners.get(id).map_or([[0.0; 2]; 3], |corner| corner.uvs);
                 (used.texture, placed(uvs, Some(used)))
             }),
         })

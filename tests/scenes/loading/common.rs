@@ -64,8 +64,9 @@ pub fn warned(scene: &SceneDesc, words: &[&str]) -> bool {
 
 /// The front normal of a triangle, twice its area long.
 pub fn front(scene: &SceneDesc, triangle: usize) -> glam::DVec3 {
-    let t = &scene.triangles[triangle];
-    let [a, b, c] = t.vertices.map(|v| glam::DVec3::from(scene.positions[v as usize].map(f64::from)));
+    let geometry = scene.geometry();
+    let t = &geometry.triangles[triangle];
+    let [a, b, c] = geometry.vertices(triangle).map(|v| glam::DVec3::from(v.map(f64::from)));
     let normal = (b - a).cross(c - a);
     if t.flipped { -normal } else { normal }
 }

@@ -1,8 +1,9 @@
 //! Descriptions that a program has changed: what breaks a rule ends in one error that says what and where, never in a panic.
 
 use octray::scene::desc::{
-    CornerDesc, EnvironmentDesc, MapDesc, MaskDesc, Scattering, SceneDesc, TextureDesc, TextureUse,
+    CornerDesc, EnvironmentDesc, InstanceDesc, MapDesc, MaskDesc, Scattering, SceneDesc, TextureDesc, TextureUse,
 };
+use octray::scene::transform::Transform;
 use octray::scene::{builtin, validate};
 use octray::{Error, PreparedScene};
 use proptest::prelude::*;
@@ -13,7 +14,8 @@ fn sound() -> SceneDesc {
     let texels = vec![[128; 3]; 6];
     scene.textures.push(TextureDesc { name: "tiles.png".into(), width: 3, height: 2, texels });
     scene.masks.push(MaskDesc { name: "leaf.png".into(), width: 1, height: 2, texels: vec![255, 0] });
-    scene.corners = vec![CornerDesc::default(); scene.triangles.len()];
+    let mesh = &mut scene.meshes[0];
+    mesh.corners = vec![CornerDesc::default(); mesh.triangles.len()];
     let used = TextureUse { texture: 0, scale: [1.0; 2], offset: [0.0; 2] };
     (scene.materials[0].texture, scene.materials[0].alpha_mask) = (Some(used), Some(used));
     scene
@@ -48,23 +50,23 @@ fn the_scene_that_is_broken_below_is_sound() {
 
 #[test]
 fn bad_triangles_are_named() {
-    breaks(&["triangle 5", "vertex 4000000000"], |s| s.triangles[5].vertices[2] = 4_000_000_000);
-    breaks(&["triangle 7", "material 99"], |s| s.triangles[7].material = 99);
+    breaks(&["triangle 5", "vertex 4000000000"], |s| s.meshes[0].triangles[5].vertices[2] = 4_000_000_000);
+    breaks(&["triangle 7", "material 99"], |s| s.meshes[0].triangles[7].material = 99);
     breaks(&["triangle 0", "material 0", "0 materials"], |s| s.materials.clear());
-    breaks(&["triangle 0", "0 vertices"], |s| s.positions.clear());
+    breaks(&["triangle 0", "0 vertices"], |s| s.meshes[0].positions.clear());
     for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        breaks(&["vertex 3", "not finite"], |s| s.positions[3][1] = x);
+        breaks(&["vertex 3", "not finite"], |s| s.meshes[0].positions[3][1] = x);
     }
 }
 
 #[test]
 fn bad_corners_are_named() {
-    breaks(&["corners", "entry a triangle"], |s| s.corners.truncate(2));
+    breaks(&["corners", "entry a triangle"], |s| s.meshes[0].corners.truncate(2));
     for n in [[0.5, 0.0, 0.0], [f32::NAN, 0.0, 1.0], [f32::INFINITY, 0.0, 0.0]] {
-        breaks(&["triangle 4", "normals"], |s| s.corners[4].normals[1] = n);
+        breaks(&["triangle 4", "normals"], |s| s.meshes[0].corners[4].normals[1] = n);
     }
     for u in [f32::NAN, 1e8, f32::NEG_INFINITY] {
-        breaks(&["triangle 6", "texture coordinates"], |s| s.corners[6].uvs[2][0] = u);
+        breaks(&["triangle 6", "texture coordinates"], |s| s.meshes[0].corners[6].uvs[2][0] = u);
     }
 }
 
@@ -135,64 +137,67 @@ fn bad_environments_are_named() {
         || MapDesc { file: "sky.exr".into(), width: 2, height: 1, texels: vec![[1.0; 3]; 2], rotate: 0.0, scale: 1.0 };
     for x in [f64::NAN, -1.0, f64::INFINITY] {
         breaks(&["environment's radiance"], |s| {
-            s.environment = Some(EnvironmentDesc::Constant { radiance: [1.0, x, 1.0] });
+            s.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0, x, 1.0] }));
         });
-        breaks(&["sky.exr", "scale"], |s| s.environment = with(MapDesc { scale: x, ..sky() }));
+        breaks(&["sky.exr", "scale"], |s| s.set_environment(with(MapDesc { scale: x, ..sky() })));
         // The other texel's numbers come after: the bad one must not be forgotten over them.
         let texels = vec![[x as f32, 1.0, 1.0], [1.0; 3]];
-        breaks(&["sky.exr", "texel 0,0"], |s| s.environment = with(MapDesc { texels, ..sky() }));
+        breaks(&["sky.exr", "texel 0,0"], |s| s.set_environment(with(MapDesc { texels, ..sky() })));
     }
-    breaks(&["sky.exr", "rotate"], |s| s.environment = with(MapDesc { rotate: f64::NAN, ..sky() }));
-    breaks(&["sky.exr", "2 texels"], |s| s.environment = with(MapDesc { width: 3, ..sky() }));
-    breaks(&["sky.exr", "0 x 1"], |s| s.environment = with(MapDesc { width: 0, texels: Vec::new(), ..sky() }));
+    breaks(&["sky.exr", "rotate"], |s| s.set_environment(with(MapDesc { rotate: f64::NAN, ..sky() })));
+    breaks(&["sky.exr", "2 texels"], |s| s.set_environment(with(MapDesc { width: 3, ..sky() })));
+    breaks(&["sky.exr", "0 x 1"], |s| s.set_environment(with(MapDesc { width: 0, texels: Vec::new(), ..sky() })));
     breaks(&["sky.exr", "no texel shines"], |s| {
-        s.environment = with(MapDesc { texels: vec![[0.0; 3]; 2], ..sky() });
+        s.set_environment(with(MapDesc { texels: vec![[0.0; 3]; 2], ..sky() }));
     });
 }
 
 #[test]
 fn nothing_to_see_is_one_rule() {
     let words = ["no triangle of positive area", "no environment"];
-    let empty = |s: &mut SceneDesc| (s.triangles, s.corners, s.environment) = (Vec::new(), Vec::new(), None);
+    let empty = |s: &mut SceneDesc| {
+        (s.meshes[0].triangles, s.meshes[0].corners) = (Vec::new(), Vec::new());
+        s.set_environment(None);
+    };
     breaks(&words, empty);
     breaks(&words, |s| {
-        s.environment = None;
-        s.triangles.iter_mut().for_each(|t| t.vertices[1] = t.vertices[0]);
+        s.set_environment(None);
+        s.meshes[0].triangles.iter_mut().for_each(|t| t.vertices[1] = t.vertices[0]);
     });
     let mut surrounded = sound();
     empty(&mut surrounded);
-    surrounded.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+    surrounded.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
     assert!(PreparedScene::new(&surrounded).is_ok(), "an environment alone can be seen");
 }
 
 /// Writes `value` over one number of the description, chosen by `field` and `index`.
 fn spoil(scene: &mut SceneDesc, field: usize, index: usize, value: f64) {
     let (whole, axis) = (value as u32, index % 3);
-    let triangle = index % scene.triangles.len().max(1);
+    let triangle = index % scene.meshes[0].triangles.len().max(1);
     let material = index % scene.materials.len().max(1);
     match field {
         0 => {
-            if let Some(p) = scene.positions.get_mut(index % 97) {
+            if let Some(p) = scene.meshes[0].positions.get_mut(index % 97) {
                 p[axis] = value as f32
             }
         }
         1 => {
-            if let Some(t) = scene.triangles.get_mut(triangle) {
+            if let Some(t) = scene.meshes[0].triangles.get_mut(triangle) {
                 t.vertices[axis] = whole
             }
         }
         2 => {
-            if let Some(t) = scene.triangles.get_mut(triangle) {
+            if let Some(t) = scene.meshes[0].triangles.get_mut(triangle) {
                 t.material = whole
             }
         }
         3 => {
-            if let Some(c) = scene.corners.get_mut(triangle) {
+            if let Some(c) = scene.meshes[0].corners.get_mut(triangle) {
                 c.normals[axis] = [value as f32, 0.0, 0.0]
             }
         }
         4 => {
-            if let Some(c) = scene.corners.get_mut(triangle) {
+            if let Some(c) = scene.meshes[0].corners.get_mut(triangle) {
                 c.uvs[axis][0] = value as f32
             }
         }
@@ -218,10 +223,21 @@ fn spoil(scene: &mut SceneDesc, field: usize, index: usize, value: f64) {
         11 => (scene.camera.vertical_fov, scene.film.0) = (value, whole),
         12 => scene.textures.iter_mut().for_each(|t| t.width = whole),
         13 => scene.masks.iter_mut().for_each(|m| m.height = whole),
-        14 => scene.environment = Some(EnvironmentDesc::Constant { radiance: [value; 3] }),
-        15 => scene.triangles.truncate(index % 5),
+        14 => scene.set_environment(Some(EnvironmentDesc::Constant { radiance: [value; 3] })),
+        15 => scene.meshes[0].triangles.truncate(index % 5),
         16 => scene.materials.truncate(index % 5),
-        _ => scene.corners.truncate(index % 2 * 64),
+        17 => scene.instances[0].mesh = whole,
+        18 => {
+            let mut rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+            rows[axis][index % 4] = value;
+            scene.camera.to_world = Some(rows);
+        }
+        19 => {
+            let mut rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+            rows[axis][index % 4] = value;
+            scene.instances.push(InstanceDesc { mesh: 0, transform: Transform::Matrix(rows) });
+        }
+        _ => scene.meshes[0].corners.truncate(index % 2 * 64),
     }
 }
 
@@ -231,7 +247,7 @@ proptest! {
     #[test]
     fn spoilt_descriptions_never_panic(
         heavy in any::<bool>(),
-        edits in prop::collection::vec((0usize..18, any::<usize>(), 0usize..14), 1..4),
+        edits in prop::collection::vec((0usize..21, any::<usize>(), 0usize..14), 1..4),
     ) {
         const VALUES: [f64; 14] = [
             0.0, 1.0, 2.0, 0.5, 17.0, -1.0, 1e-30, 1e-12, 1e9, 1e13, 3e38, f64::MAX, f64::NAN, f64::INFINITY,

@@ -22,7 +22,7 @@ fn with_map(texels: [[f32; 3]; 2], lines: &str) -> Result<SceneDesc, String> {
 const PLAIN: [[f32; 3]; 2] = [[1.0, 0.5, 0.25], [0.0, 1.0, 1.0]];
 
 fn map(scene: SceneDesc) -> MapDesc {
-    match scene.environment {
+    match scene.environment().cloned() {
         Some(EnvironmentDesc::Map(map)) => map,
         other => panic!("no map: {other:?}"),
     }
@@ -70,7 +70,7 @@ fn negative_texels_count_0_and_black_maps_are_none() {
     assert_eq!(map(scene).texels, [[0.0, 2.0, 0.0], [1.0; 3]]);
     for (texels, lines) in [([[0.0; 3]; 2], "map = 'sky.exr'"), (PLAIN, "map = 'sky.exr'\nscale = 0")] {
         let scene = with_map(texels, lines).unwrap();
-        assert!(scene.environment.is_none() && warned(&scene, &["sky.exr", "black"]));
+        assert!(scene.environment().is_none() && warned(&scene, &["sky.exr", "black"]));
     }
 }
 

@@ -10,8 +10,8 @@ fn every_corner_form_and_relative_indices_work() {
         ["f 1 2 3", "f 1/1 2/1 3/1", "f 1//1 2//1 3//1", "f 1/1/1 2/1/1 3/1/1", "f -3 -2 -1", "f 1 2/1 3/1/1 # end"]
     {
         let scene = load_obj(&format!("{head}{face}\n")).expect(face);
-        assert_eq!((scene.triangles.len(), scene.triangles[0].flipped), (1, false), "{face}");
-        let corners = scene.triangles[0].vertices.map(|v| scene.positions[v as usize]);
+        assert_eq!((scene.geometry().triangles.len(), scene.geometry().triangles[0].flipped), (1, false), "{face}");
+        let corners = scene.geometry().vertices(0);
         assert_eq!(corners, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], "{face}");
     }
 }
@@ -28,15 +28,19 @@ fn odd_but_readable_text_is_read() {
     ];
     for text in cases {
         let scene = load_obj(text).expect(text);
-        let corners = scene.triangles[0].vertices.map(|v| scene.positions[v as usize]);
-        assert_eq!((scene.triangles.len(), corners), (1, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), "{text}");
+        let corners = scene.geometry().vertices(0);
+        assert_eq!(
+            (scene.geometry().triangles.len(), corners),
+            (1, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+            "{text}"
+        );
     }
     // A comment is never joined with the next line; a thousand joined lines are one.
     let scene = load_obj(&format!("# C:\\models\\\n{TRIANGLE}f 1 2 {}3 1\n", "\\\n".repeat(1_000))).unwrap();
-    assert_eq!(scene.triangles.len(), 3);
+    assert_eq!(scene.geometry().triangles.len(), 3);
     let folder = Folder::new(&[]);
     folder.write("mesh.obj", b"# caf\xe9\no \xff\xfe\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    assert_eq!(folder.load("mesh.obj").unwrap().triangles.len(), 1);
+    assert_eq!(folder.load("mesh.obj").unwrap().geometry().triangles.len(), 1);
 }
 
 #[test]
@@ -74,7 +78,7 @@ fn faults_name_the_line_of_the_obj() {
 fn small_faces_and_flat_triangles_are_counted_once() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1\nf 1 2 3\nf 1 1 2\nf 1 2 3\nv 2 0 0\nf 1 2 4\n";
     let scene = load_obj(text).unwrap();
-    assert_eq!(scene.triangles.len(), 4);
+    assert_eq!(scene.geometry().triangles.len(), 4);
     assert!(warned(&scene, &["mesh.obj:4:", "2 face(s)"]) && warned(&scene, &["2 triangle(s) have no area"]));
     assert!(is_degenerate([[0.0; 3], [1.0; 3], [2.0; 3]]));
     assert!(is_degenerate([[0.0; 3], [f32::NAN, 0.0, 0.0], [0.0, 1.0, 0.0]]));
@@ -100,7 +104,7 @@ fn normals_decide_where_they_oppose_the_winding() {
     ];
     let text: String = faces.iter().map(|(face, _)| format!("{face}\n")).collect();
     let scene = load_obj(&format!("{head}{text}")).unwrap();
-    let flipped: Vec<bool> = scene.triangles.iter().map(|t| t.flipped).collect();
+    let flipped: Vec<bool> = scene.geometry().triangles.iter().map(|t| t.flipped).collect();
     assert_eq!(flipped, faces.map(|(_, flipped)| flipped));
 }
 
@@ -114,20 +118,23 @@ fn moved(obj: &str, more: &str) -> octray::scene::SceneDesc {
 fn transforms_scale_then_rotate_then_translate() {
     let obj = "v 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 2 3\n";
     let all = "scale = 2\nrotate = {axis = [0, 10, 0], degrees = 90}\ntranslate = [10, 20, 30]";
-    assert_eq!(moved(obj, all).positions, [[10.0, 20.0, 28.0], [10.0, 24.0, 30.0], [16.0, 20.0, 30.0]]);
+    assert_eq!(
+        moved(obj, all).geometry().positions.as_ref(),
+        [[10.0, 20.0, 28.0], [10.0, 24.0, 30.0], [16.0, 20.0, 30.0]]
+    );
     for (degrees, x) in [(0, [1.0, 0.0, 0.0]), (180, [-1.0, 0.0, 0.0]), (-90, [0.0, -1.0, 0.0]), (450, [0.0, 1.0, 0.0])]
     {
         let scene = moved(obj, &format!("rotate = {{axis = [0, 0, 1e-30], degrees = {degrees}}}"));
-        assert_eq!(scene.positions[0], x, "{degrees}");
+        assert_eq!(scene.geometry().positions[0], x, "{degrees}");
     }
     // A third of a turn about the diagonal permutes the axes; only rounding is left.
     let scene = moved(obj, "rotate = {axis = [1, 1, 1], degrees = 120}");
-    for (p, q) in scene.positions.iter().zip([[0.0, 1.0, 0.0], [0.0, 0.0, 2.0], [3.0, 0.0, 0.0]]) {
+    for (p, q) in scene.geometry().positions.iter().zip([[0.0, 1.0, 0.0], [0.0, 0.0, 2.0], [3.0, 0.0, 0.0]]) {
         assert!(p.iter().zip(q).all(|(a, b)| (a - b).abs() < 1e-6), "{p:?} {q:?}");
     }
     // f64 inside, one rounding at the end: in f32 0.1 * 3 + 1e8 - 1e8 would differ.
     let scene = moved("v 0.1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3", "scale = 3\ntranslate = [0.7, 0, 0]");
-    assert_eq!(scene.positions[0][0], (f64::from(0.1f32) * 3.0 + 0.7) as f32);
+    assert_eq!(scene.geometry().positions[0][0], (f64::from(0.1f32) * 3.0 + 0.7) as f32);
     let message = load_toml("scale = 3e38\ntranslate = [3e38, 0, 0]").unwrap_err();
     assert!(message.contains("scene.toml:4:") && message.contains("out of the range of f32"), "{message}");
 }
@@ -143,7 +150,7 @@ fn a_mirroring_transform_keeps_fronts_outside() {
         let scene = moved(obj, &format!("scale = {scale}"));
         let centre = glam::DVec3::splat(0.25 * f64::from(scale));
         for i in 0..4 {
-            let corner = glam::DVec3::from(scene.positions[scene.triangles[i].vertices[0] as usize].map(f64::from));
+            let corner = glam::DVec3::from(scene.geometry().vertices(i)[0].map(f64::from));
             assert!(front(&scene, i).dot(corner - centre) > 0.0, "scale {scale}, face {i}\n{obj}");
         }
     }
@@ -157,17 +164,17 @@ fn a_bare_obj_is_framed_and_lit() {
     let camera = scene.camera;
     assert_eq!((camera.look_at, camera.up, camera.vertical_fov), ([10.0, 20.0, 30.0], [0.0, 1.0, 0.0], 35.0));
     assert_eq!((camera.position[0], camera.position[1], scene.film), (10.0, 20.0, (512, 512)));
-    for p in &scene.positions {
+    for p in scene.geometry().positions.iter() {
         let depth = camera.position[2] - f64::from(p[2]);
         let reach = depth * 17.5f64.to_radians().tan();
         assert!(depth > 0.0 && (0..2).all(|i| (f64::from(p[i]) - camera.look_at[i]).abs() < reach), "{p:?}");
     }
-    assert_eq!(scene.environment, Some(octray::scene::desc::EnvironmentDesc::Constant { radiance: [1.0; 3] }));
+    assert_eq!(scene.environment(), Some(&octray::scene::desc::EnvironmentDesc::Constant { radiance: [1.0; 3] }));
     assert!(warned(&scene, &["no camera", "-z"]) && warned(&scene, &["white environment"]));
     // What emits needs no environment; what no triangle uses does not emit.
     let lit = load_mtl("newmtl m\nKe 1 1 1\n").unwrap();
-    assert!(lit.environment.is_none() && !warned(&lit, &["white environment"]));
-    assert!(load_mtl("newmtl m\nnewmtl unused\nKe 1 1 1\n").unwrap().environment.is_some());
+    assert!(lit.environment().is_none() && !warned(&lit, &["white environment"]));
+    assert!(load_mtl("newmtl m\nnewmtl unused\nKe 1 1 1\n").unwrap().environment().is_some());
     // Boxes without width: a line along z, a speck far from the origin.
     load_obj("v 0 0 0\nv 0 0 1\nv 0 0 2\nf 1 2 3").unwrap();
     load_obj("v 1e6 1e6 1e6\nf 1 1 1").unwrap();

@@ -84,9 +84,8 @@ fn load_both(obj: &[u8], mtl: &[u8], toml: &[u8]) {
                 validate::check(&scene).expect("a loaded scene is sound");
                 assert!(
                     scene
-                        .environment
-                        .as_ref()
-                        .is_none_or(|e| *e != octray::scene::desc::EnvironmentDesc::Constant { radiance: [0.0; 3] })
+                        .environment()
+                        .is_none_or(|e| e != &octray::scene::desc::EnvironmentDesc::Constant { radiance: [0.0; 3] })
                 );
             }
             Err(message) => assert!(!message.is_empty() && message.lines().count() == 1, "{message:?}"),
@@ -97,8 +96,8 @@ fn load_both(obj: &[u8], mtl: &[u8], toml: &[u8]) {
 #[test]
 fn the_seeds_themselves_load() {
     let folder = Folder::new(&[("mesh.obj", OBJ_SEED), ("mesh.mtl", MTL_SEED), ("scene.toml", TOML_SEED)]);
-    assert_eq!(folder.load("scene.toml").unwrap().triangles.len(), 6);
-    assert_eq!(folder.load("mesh.obj").unwrap().triangles.len(), 6);
+    assert_eq!(folder.load("scene.toml").unwrap().geometry().triangles.len(), 6);
+    assert_eq!(folder.load("mesh.obj").unwrap().geometry().triangles.len(), 6);
 }
 
 proptest! {

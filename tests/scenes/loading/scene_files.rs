@@ -62,7 +62,7 @@ scale = 2
     assert_eq!((render.lights, render.sampler), (Some(Lights::Power), Some(Sampler::Sobol)));
     assert_eq!(scene.materials[0].scattering, Scattering::Mirror { reflectance: [0.1, 0.2, 1.0] });
     assert_eq!(scene.materials[0].emission, [4.0, 5.0, 6.0]);
-    assert_eq!(scene.environment, Some(EnvironmentDesc::Constant { radiance: [2.0, 0.0, 1.0] }));
+    assert_eq!(scene.environment(), Some(&EnvironmentDesc::Constant { radiance: [2.0, 0.0, 1.0] }));
     assert!(scene.name.ends_with("scene.toml") && scene.warnings.is_empty(), "{:?}", scene.warnings);
 }
 
@@ -72,7 +72,7 @@ fn silence_means_defaults() {
     assert_eq!((scene.film, scene.render), ((512, 512), Default::default()));
     assert_eq!((scene.camera.up, scene.camera.vertical_fov), ([0.0, 1.0, 0.0], 35.0));
     assert!(warned(&scene, &["nothing emits", "black"]), "{:?}", scene.warnings);
-    assert!(load_toml("[environment]\nradiance = [0, 0, 0]").unwrap().environment.is_none());
+    assert!(load_toml("[environment]\nradiance = [0, 0, 0]").unwrap().environment().is_none());
     assert_eq!(load_toml("[render]\nrr_depth = 3").unwrap().render.rr_depth, Some(Some(3)));
     // Without a camera the scene is framed like a bare OBJ, and says so.
     let folder = Folder::new(&[("mesh.obj", TRIANGLE), ("scene.toml", "[[mesh]]\nobj = \"mesh.obj\"")]);
@@ -209,7 +209,7 @@ fn paths_are_relative_to_the_file_that_names_them() {
 #[test]
 fn several_meshes_follow_each_other() {
     let scene = load_toml("[[mesh]]\nobj = 'mesh.obj'\ntranslate = [0, 0, 1]\n").unwrap();
-    assert_eq!(scene.triangles.len(), 2);
-    assert_eq!(scene.positions[scene.triangles[0].vertices[1] as usize], [1.0, 0.0, 0.0]);
-    assert_eq!(scene.positions[scene.triangles[1].vertices[1] as usize], [1.0, 0.0, 1.0]);
+    assert_eq!(scene.geometry().triangles.len(), 2);
+    assert_eq!(scene.geometry().vertices(0)[1], [1.0, 0.0, 0.0]);
+    assert_eq!(scene.geometry().vertices(1)[1], [1.0, 0.0, 1.0]);
 }

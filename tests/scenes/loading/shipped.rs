@@ -15,13 +15,13 @@ fn shipped(name: &str) -> SceneDesc {
 
 /// The triangles of a material.
 fn of<'a>(scene: &'a SceneDesc, name: &'a str) -> impl Iterator<Item = usize> + 'a {
-    let has = move |&i: &usize| scene.materials[scene.triangles[i].material as usize].name == name;
-    (0..scene.triangles.len()).filter(has)
+    let has = move |&i: &usize| scene.materials[scene.geometry().triangles[i].material as usize].name == name;
+    (0..scene.geometry().triangles.len()).filter(has)
 }
 
 /// Six times the volume that the fronts of a material's triangles enclose: positive if they face outwards.
 fn volume(scene: &SceneDesc, name: &str) -> f64 {
-    let corner = |i: usize| DVec3::from(scene.positions[scene.triangles[i].vertices[0] as usize].map(f64::from));
+    let corner = |i: usize| DVec3::from(scene.geometry().vertices(i)[0].map(f64::from));
     of(scene, name).map(|i| corner(i).dot(front(scene, i))).sum()
 }
 
@@ -42,7 +42,7 @@ fn every_shipped_scene_loads() {
 fn cornell_is_the_published_box() {
     for name in ["cornell.toml", "cornell_mirror.toml"] {
         let scene = shipped(name);
-        assert_eq!((scene.triangles.len(), scene.film, scene.render.spp), (38, (512, 512), Some(64)));
+        assert_eq!((scene.geometry().triangles.len(), scene.film, scene.render.spp), (38, (512, 512), Some(64)));
         let lamp: Vec<_> = of(&scene, "lamp").map(|i| front(&scene, i)).collect();
         assert!(lamp.len() == 2 && lamp.iter().all(|n| n.y < 0.0 && n.x == 0.0 && n.z == 0.0), "{lamp:?}");
         assert_eq!(lamp.iter().map(|n| -0.5 * n.y).sum::<f64>(), 130.0 * 105.0);
@@ -58,7 +58,7 @@ fn cornell_is_the_published_box() {
 #[test]
 fn the_furnace_is_closed_and_shines_inwards() {
     let scene = shipped("furnace.toml");
-    assert_eq!((scene.triangles.len(), scene.positions.len()), (12, 8));
+    assert_eq!((scene.geometry().triangles.len(), scene.geometry().positions.len()), (12, 8));
     assert_eq!(volume(&scene, "wall"), -6.0 * 8.0);
     let wall = &scene.materials[0];
     assert_eq!((wall.scattering, wall.emission), (Scattering::Diffuse { albedo: [0.5; 3] }, [0.5; 3]));
@@ -68,28 +68,25 @@ fn the_furnace_is_closed_and_shines_inwards() {
 #[test]
 fn the_lecture_scene_has_its_two_lights() {
     let scene = shipped("lecture_lights.toml");
-    assert_eq!((scene.triangles.len(), of(&scene, "clay").count()), (8_006, 8_000));
+    assert_eq!((scene.geometry().triangles.len(), of(&scene, "clay").count()), (8_006, 8_000));
     let knot = DVec3::new(0.0, 1.12, 0.0);
     for (name, direction) in [("blue", DVec3::X), ("grey", -DVec3::Y)] {
         for i in of(&scene, name) {
-            let corner = DVec3::from(scene.positions[scene.triangles[i].vertices[0] as usize].map(f64::from));
+            let corner = DVec3::from(scene.geometry().vertices(i)[0].map(f64::from));
             assert!(front(&scene, i).normalize().dot(direction) > 0.999, "{name}");
             assert!(front(&scene, i).dot(knot - corner) > 0.0, "{name} faces the model");
         }
     }
     assert!(volume(&scene, "clay") > 0.0);
-    assert!(
-        of(&scene, "clay").all(|i| scene.triangles[i].vertices.iter().all(|&v| scene.positions[v as usize][1] > 0.0))
-    );
+    assert!(of(&scene, "clay").all(|i| scene.geometry().vertices(i).iter().all(|v| v[1] > 0.0)));
 }
 
 #[test]
 fn heavy_has_the_triangles_it_promises() {
     for n in [2_000, 20_000, 100_001] {
         let scene = SceneDesc::load(format!("builtin:heavy:{n}")).unwrap();
-        assert_eq!(scene.triangles.len(), n);
-        let corners = |t: &octray::scene::desc::TriangleDesc| t.vertices.map(|v| scene.positions[v as usize]);
-        assert!(scene.triangles.iter().all(|t| !is_degenerate(corners(t))));
+        assert_eq!(scene.geometry().triangles.len(), n);
+        assert!((0..n).all(|i| !is_degenerate(scene.geometry().vertices(i))));
         let lamps: Vec<_> = of(&scene, "lamp").collect();
         assert_eq!(lamps.len(), 50);
         assert!(lamps.iter().all(|&i| front(&scene, i).normalize().y == -1.0));
@@ -107,22 +104,23 @@ const HEAVY_DIGEST: u64 = 0xDC29_987A_AC13_1E61;
 
 /// A number that changes with any bit of the vertices.
 fn digest(scene: &SceneDesc) -> u64 {
-    scene.positions.iter().flatten().fold(0, |d, x| (d ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01B3))
+    scene
+        .geometry()
+        .positions
+        .iter()
+        .flatten()
+        .fold(0, |d, x| (d ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01B3))
 }
 
 #[test]
 fn the_lamp_hall_has_its_lamps_each_on_a_wall_and_none_over_another() {
     for n in [100, 2_000, 12_345] {
         let scene = SceneDesc::load(format!("builtin:lamp_hall:{n}")).unwrap();
-        let shines = |i: &usize| scene.materials[scene.triangles[*i].material as usize].emission != [0.0; 3];
-        let corners =
-            |i: usize| scene.triangles[i].vertices.map(|v| DVec3::from(scene.positions[v as usize].map(f64::from)));
-        let (lamps, walls): (Vec<_>, Vec<_>) = (0..scene.triangles.len()).partition(shines);
+        let shines = |i: &usize| scene.materials[scene.geometry().triangles[*i].material as usize].emission != [0.0; 3];
+        let corners = |i: usize| scene.geometry().vertices(i).map(|v| DVec3::from(v.map(f64::from)));
+        let (lamps, walls): (Vec<_>, Vec<_>) = (0..scene.geometry().triangles.len()).partition(shines);
         assert_eq!(lamps.len(), 2 * n);
-        assert!(
-            (0..scene.triangles.len())
-                .all(|i| !is_degenerate(scene.triangles[i].vertices.map(|v| scene.positions[v as usize])))
-        );
+        assert!((0..scene.geometry().triangles.len()).all(|i| !is_degenerate(scene.geometry().vertices(i))));
         assert!(volume(&scene, "clay") > 0.0, "the stones face outwards");
         // Each lamp lies just in front of a wall, floor, ceiling or pillar that faces the same way.
         for &lamp in &lamps {
@@ -228,9 +226,9 @@ fn bad_objs_end_in_one_error_or_a_sound_scene() {
         if let Some((_, wanted)) = EXPECTED.iter().find(|(file, _)| *file == name) {
             expected += 1;
             match (wanted, &outcome) {
-                (Ok(count), Ok(scene)) => assert_eq!(scene.triangles.len(), *count, "{name}"),
+                (Ok(count), Ok(scene)) => assert_eq!(scene.geometry().triangles.len(), *count, "{name}"),
                 (Err(part), Err(message)) => assert!(message.contains(part), "{message}"),
-                _ => panic!("{name}: wanted {wanted:?}, got {:?}", outcome.map(|s| s.triangles.len())),
+                _ => panic!("{name}: wanted {wanted:?}, got {:?}", outcome.map(|s| s.geometry().triangles.len())),
             }
         }
     }
@@ -253,9 +251,9 @@ fn real_scenes_have_the_counts_their_list_names() {
     ];
     for (name, triangles, lights) in counts {
         let scene = SceneDesc::load(folder.join(name)).expect(name);
-        let emits = |i: &usize| scene.materials[scene.triangles[*i].material as usize].emission != [0.0; 3];
-        let lamps: Vec<_> = (0..scene.triangles.len()).filter(emits).collect();
-        assert_eq!((scene.triangles.len(), lamps.len()), (triangles, lights), "{name}");
+        let emits = |i: &usize| scene.materials[scene.geometry().triangles[*i].material as usize].emission != [0.0; 3];
+        let lamps: Vec<_> = (0..scene.geometry().triangles.len()).filter(emits).collect();
+        assert_eq!((scene.geometry().triangles.len(), lamps.len()), (triangles, lights), "{name}");
         assert!(lamps.iter().all(|&i| front(&scene, i).y < 0.0), "{name}: its lamp shines down");
     }
 }

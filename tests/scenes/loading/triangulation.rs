@@ -101,7 +101,8 @@ fn ids_count_triangles_in_file_order() {
     let text = "v 0 0 0\nv 3 0 0\nv 3 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\nusemtl a\nf 1 2 3 4 5 6\nusemtl b\nf 1 2 3\n\
                 usemtl a\nf 1 1 1 1\nf 1 2 3 4\n";
     let scene = load_obj(text).unwrap();
-    let names: Vec<_> = scene.triangles.iter().map(|t| scene.materials[t.material as usize].name.as_str()).collect();
+    let names: Vec<_> =
+        scene.geometry().triangles.iter().map(|t| scene.materials[t.material as usize].name.as_str()).collect();
     assert_eq!(names, ["a", "a", "a", "a", "b", "a", "a", "a", "a"]);
     assert_eq!(scene.materials.len(), 2);
 }

@@ -15,7 +15,7 @@ fn leaking(mesh: &Mesh, shift: f64) -> PreparedScene {
     let white = maker.diffuse([1.0; 3], [0.0; 3]);
     let away = DVec3::new(0.62, -0.57, 0.54).normalize() * 2.0 * shift;
     add(&mut maker, mesh, white, |p| skew() * p + away);
-    maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+    maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
     let inside = skew() * (mesh.0.iter().sum::<DVec3>() / mesh.0.len() as f64) + away;
     let ahead = inside + DVec3::new(0.3, 0.2, -1.0) * (1.0 + 1e-3 * inside.length());
     maker.seen(inside.to_array(), ahead.to_array(), 90.0)
@@ -53,7 +53,7 @@ fn a_curved_furnace_has_the_radiance_of_its_series() {
         let mut maker = Maker::default();
         let wall = maker.diffuse([0.5; 3], [0.5; 3]);
         add(&mut maker, &mesh, wall, |p| skew() * p);
-        maker.desc.triangles.iter_mut().for_each(|t| t.flipped = true);
+        maker.mesh.triangles.iter_mut().for_each(|t| t.flipped = true);
         let inside = skew() * (mesh.0.iter().sum::<DVec3>() / mesh.0.len() as f64);
         let scene = maker.seen(inside.to_array(), (inside + DVec3::new(0.2, 0.3, -1.0)).to_array(), 90.0);
         // Without light samples every path of n events finds exactly 0.5 (1 + 1/2 + .. + 2^-n), whatever it meets.

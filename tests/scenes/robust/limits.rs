@@ -10,7 +10,7 @@ fn floor_and_lamp(scale: f32, shift: f32) -> Maker {
     let (grey, lamp) = (maker.diffuse([0.5; 3], [0.0; 3]), maker.diffuse([0.0; 3], [1.0; 3]));
     maker.quad([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]], grey);
     maker.quad([[-0.5, 1.0, -0.5], [0.5, 1.0, -0.5], [0.5, 1.0, 0.5], [-0.5, 1.0, 0.5]], lamp);
-    maker.desc.positions.iter_mut().for_each(|p| *p = p.map(|x| x * scale + shift));
+    maker.mesh.positions.iter_mut().for_each(|p| *p = p.map(|x| x * scale + shift));
     maker.desc.camera.position = [f64::from(shift), f64::from(shift + 0.5 * scale), f64::from(shift + 3.0 * scale)];
     maker.desc.camera.look_at = [f64::from(shift); 3];
     (maker.desc.name, maker.desc.film) = ("floor and lamp".into(), (8, 8));
@@ -18,7 +18,7 @@ fn floor_and_lamp(scale: f32, shift: f32) -> Maker {
 }
 
 fn error(maker: &Maker) -> String {
-    PreparedScene::new(&maker.desc).err().map(|error| error.to_string()).unwrap_or_default()
+    PreparedScene::new(&maker.whole()).err().map(|error| error.to_string()).unwrap_or_default()
 }
 
 #[test]
@@ -34,7 +34,7 @@ fn coordinates_that_overflow_end_in_an_error() {
     assert!(error(&far_camera).contains("the camera reaches to 1.0e20"), "{}", error(&far_camera));
     for scale in [LARGEST_COORDINATE * 0.3, SMALLEST_SIZE] {
         let scene =
-            PreparedScene::new(&floor_and_lamp(scale as f32, 0.0).desc).unwrap_or_else(|error| panic!("{error}"));
+            PreparedScene::new(&floor_and_lamp(scale as f32, 0.0).whole()).unwrap_or_else(|error| panic!("{error}"));
         let film = render_sanely(&scene, &small(8, 8, 16), &format!("{scale}"));
         assert!(film.mean_radiance()[0] > 0.01, "{scale}: {:?}", film.mean_radiance());
     }
@@ -43,7 +43,7 @@ fn coordinates_that_overflow_end_in_an_error() {
 #[test]
 fn scenes_far_from_the_origin_are_warned_about() {
     let warnings = |shift: f32| {
-        let scene = PreparedScene::new(&floor_and_lamp(1.0, shift).desc).unwrap_or_else(|error| panic!("{error}"));
+        let scene = PreparedScene::new(&floor_and_lamp(1.0, shift).whole()).unwrap_or_else(|error| panic!("{error}"));
         render_sanely(&scene, &Settings { max_depth: Some(3), ..small(8, 8, 4) }, &format!("{shift} away"));
         scene.warnings
     };
@@ -57,15 +57,15 @@ fn scenes_far_from_the_origin_are_warned_about() {
 #[test]
 fn emitters_that_see_nothing_are_named() {
     let warnings = |maker: &Maker| {
-        let scene = PreparedScene::new(&maker.desc).unwrap_or_else(|error| panic!("{error}"));
+        let scene = PreparedScene::new(&maker.whole()).unwrap_or_else(|error| panic!("{error}"));
         scene.warnings
     };
     let mut room = floor_and_lamp(1.0, 0.0);
     assert_eq!(warnings(&room), [""; 0]);
     // The lamp turned round shines at the sky.
-    room.desc.triangles[2].flipped = true;
+    room.mesh.triangles[2].flipped = true;
     assert_eq!(warnings(&room), [""; 0], "half of it still shines at the floor");
-    room.desc.triangles[3].flipped = true;
+    room.mesh.triangles[3].flipped = true;
     let said = warnings(&room);
     assert!(
         said.len() == 1 && said[0].contains("`m1` sees nothing") && said[0].contains("flip the winding"),
@@ -87,7 +87,7 @@ fn emitters_that_see_nothing_are_named() {
         turned.reverse();
         many.quad(if i % 100 == 99 { turned } else { corners }, lamp);
     }
-    many.desc.triangles.retain(|t| t.material != 1);
+    many.mesh.triangles.retain(|t| t.material != 1);
     let said = warnings(&many);
     assert_eq!(said.len(), 3, "{said:?}");
 }

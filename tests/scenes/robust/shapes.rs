@@ -57,8 +57,8 @@ pub fn wedge(degrees: f64) -> Mesh {
 pub fn cube() -> Mesh {
     let mut maker = Maker::default();
     maker.cuboid([-1.0; 3], [1.0; 3], false, 0);
-    let corners = maker.desc.positions.iter().map(|p| DVec3::from(p.map(f64::from)));
-    (corners.collect(), maker.desc.triangles.iter().map(|t| t.vertices).collect())
+    let corners = maker.mesh.positions.iter().map(|p| DVec3::from(p.map(f64::from)));
+    (corners.collect(), maker.mesh.triangles.iter().map(|t| t.vertices).collect())
 }
 
 /// A rotation that leaves nothing parallel to an axis.
@@ -68,10 +68,10 @@ pub fn skew() -> DMat3 {
 
 /// Adds `mesh`, its corners mapped by `place` and rounded.
 pub fn add(maker: &mut Maker, mesh: &Mesh, material: u32, place: impl Fn(DVec3) -> DVec3) {
-    let first = maker.desc.positions.len() as u32;
-    maker.desc.positions.extend(mesh.0.iter().map(|&p| place(p).as_vec3().to_array()));
+    let first = maker.mesh.positions.len() as u32;
+    maker.mesh.positions.extend(mesh.0.iter().map(|&p| place(p).as_vec3().to_array()));
     let triangle = |t: &[u32; 3]| TriangleDesc { vertices: t.map(|v| first + v), material, flipped: false };
-    maker.desc.triangles.extend(mesh.1.iter().map(triangle));
+    maker.mesh.triangles.extend(mesh.1.iter().map(triangle));
 }
 
 /// Renders by both engines: the same bits, no sample that is not finite.

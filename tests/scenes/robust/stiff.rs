@@ -153,7 +153,7 @@ fn slivers_up_to_an_aspect_of_1e5() {
         let (grey, lamp) = (maker.diffuse([0.8; 3], DARK), maker.diffuse([0.1; 3], [2.0; 3]));
         add(&mut maker, &prism(12, radius), grey, |p| skew() * p);
         add(&mut maker, &prism(3, radius), lamp, |p| skew() * p + glam::DVec3::new(0.0, 1.0, 0.0));
-        maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [0.1; 3] });
+        maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [0.1; 3] }));
         let eye = skew() * glam::DVec3::new(0.0, 0.0, 3.0 * radius + 0.01);
         assert_sane(&maker.seen(eye.to_array(), [0.0; 3], 90.0), &format!("slivers of {radius}"));
     }

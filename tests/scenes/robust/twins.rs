@@ -17,7 +17,7 @@ fn room() -> SceneDesc {
     maker.quad([[-0.3, 0.9, -0.3], [0.3, 0.9, -0.3], [0.3, 0.9, 0.3], [-0.3, 0.9, 0.3]], lamp);
     add(&mut maker, &sphere(2), mirror, |p| p * 0.3 + DVec3::new(0.4, -0.6, -0.3));
     add(&mut maker, &sphere(1), wall, |p| p * 0.3 + DVec3::new(-0.4, -0.7, 0.1));
-    for position in &mut maker.desc.positions {
+    for position in &mut maker.mesh.positions {
         *position = (skew() * DVec3::from(position.map(f64::from)) * 2048.0).round().as_vec3().to_array();
         *position = position.map(|x| x / 2048.0);
     }
@@ -31,13 +31,13 @@ fn room() -> SceneDesc {
     };
     maker.desc.film = (24, 24);
     maker.desc.name = "a room".into();
-    maker.desc
+    maker.whole()
 }
 
 fn moved(scene: &SceneDesc, scale: f64, shift: DVec3) -> PreparedScene {
     let mut scene = scene.clone();
     let place = |p: [f64; 3]| (DVec3::from(p) * scale + shift).to_array();
-    scene.positions.iter_mut().for_each(|p| *p = place(p.map(f64::from)).map(|x| x as f32));
+    scene.meshes[0].positions.iter_mut().for_each(|p| *p = place(p.map(f64::from)).map(|x| x as f32));
     scene.camera.position = place(scene.camera.position);
     scene.camera.look_at = place(scene.camera.look_at);
     PreparedScene::new(&scene).unwrap_or_else(|error| panic!("{error}"))
@@ -101,7 +101,7 @@ fn a_ball_in_even_light_is_even_wherever_it_lies() {
         let grey = maker.diffuse([0.5; 3], [0.0; 3]);
         let away = DVec3::new(0.62, -0.57, 0.54).normalize() * 2.0 * sizes;
         add(&mut maker, &sphere(4), grey, |p| (skew() * p + away) * scale);
-        maker.desc.environment = Some(EnvironmentDesc::Constant { radiance: [1.0; 3] });
+        maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
         let eye = (away + DVec3::new(0.0, 0.0, 4.0)) * scale;
         let scene = maker.seen(eye.to_array(), (away * scale).to_array(), 20.0);
         let film = render_sanely(&scene, &Settings { strategy: Strategy::Nee, ..small(24, 24, 8) }, "ball");
