@@ -20,6 +20,7 @@ pub struct Features {
     /// Some material has a texture.
     pub textures: bool,
     /// Of some triangle only a part is there.
+    #[serde(rename = "cut_outs")]
     pub alpha_masks: bool,
 }
 
