@@ -15,7 +15,7 @@ use crate::settings::DEPTH_GUARD;
 use crate::setup::Setup;
 use crate::strategy::{Row, Weight};
 use crate::tables::PreparedScene;
-use crate::tables::materials::{MaterialKind, MaterialRecord};
+use crate::tables::materials::MaterialRecord;
 use crate::tables::textures::NO_TEXTURE;
 
 /// What one path came to.
@@ -114,12 +114,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         }
         let textured = textured(scene, material, point.uv);
         let material = textured.as_ref().unwrap_or(material);
-        let mut incoming = ray.direction;
-        match kind {
-            MaterialKind::Diffuse => {}
-            MaterialKind::Dielectric => incoming = point.graze(incoming),
-            _ => point.face_forward(-incoming),
-        }
+        let incoming = bsdf::orient(kind, &mut point, ray.direction);
         let event = path.depth;
         result.guarded = event + 1 == DEPTH_GUARD;
 

@@ -1,8 +1,9 @@
 //! How surfaces scatter, about the normal `n` of the side the ray came from: a file a material kind. `wo` and `wi` are local
 //! directions (the normal is +z) back along the ray and to where light comes from.
 //!
-//! A new kind is a file here and a line in [`evaluate`] and [`sample()`].
+//! A new kind is a file here and a line in [`orient`], [`evaluate`] and [`sample()`].
 
+use super::surface::SurfacePoint;
 use super::{INV_PI, Real, Vec3, sin_cos_turns, vec3, warp};
 
 pub mod conductor;
@@ -16,6 +17,18 @@ pub mod sample;
 use crate::tables::materials::{MaterialKind, MaterialRecord};
 use sample::{BsdfSample, drawn};
 use warp::{sample_uniform_hemisphere, to_local, uniform_hemisphere_pdf_dir};
+
+/// Makes a point on a smooth surface and the ray that hit it in direction `incoming` fit each other; the direction to go by.
+pub fn orient(kind: MaterialKind, point: &mut SurfacePoint, incoming: Vec3) -> Vec3 {
+    match kind {
+        MaterialKind::Black | MaterialKind::Diffuse => incoming,
+        MaterialKind::Dielectric => point.graze(incoming),
+        MaterialKind::Mirror | MaterialKind::Conductor | MaterialKind::Plastic => {
+            point.face_forward(-incoming);
+            incoming
+        }
+    }
+}
 
 /// BSDF times cosine towards the unit world direction `direction` for the unit `incoming` (towards the surface), and the
 /// density with which [`sample()`] draws it. Not for delta kinds.
