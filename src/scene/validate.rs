@@ -105,25 +105,28 @@ pub fn scattering_fault(scattering: &Scattering) -> Option<String> {
     }
 }
 
-/// The one gate: checks everything the tables rely on, whoever made the scene. Loading has already said more about
-/// where in the files; [`crate::tables::PreparedScene::new`] asks again, since descriptions may be changed in between.
+/// The one gate: checks everything the tables rely on, whoever made the scene; its triangles in world space, which the last
+/// rules are about. Loading has already said more about where in the files; [`crate::tables::PreparedScene::new`] asks
+/// again, since descriptions may be changed in between.
 ///
 /// # Errors
 /// [`Error::Scene`] names the first rule that is broken, and the triangle, material or image that breaks it.
-pub fn check(scene: &SceneDesc) -> Result<()> {
+pub fn check(scene: &SceneDesc) -> Result<Geometry<'_>> {
     let fault = view_fault(scene)
         .or_else(|| scene.meshes.iter().enumerate().find_map(|(i, mesh)| mesh_fault(scene, i, mesh)))
         .or_else(|| instance_fault(scene))
         .or_else(|| image_fault(scene))
         .or_else(|| scene.materials.iter().enumerate().find_map(|(i, m)| material_fault(scene, i, m)))
-        .or_else(|| light_fault(scene))
-        .or_else(|| {
-            let geometry = scene.geometry();
-            placed_fault(scene, &geometry).or_else(|| nothing_to_see(scene, &geometry))
-        });
-    match fault {
-        Some(message) => Err(Error::Scene { scene: scene.name.clone(), message }),
-        None => Ok(()),
+        .or_else(|| light_fault(scene));
+    let refused = |message| Error::Scene { scene: scene.name.clone(), message };
+    if let Some(message) = fault {
+        return Err(refused(message));
+    }
+    // Only now that every instance is known to name a mesh.
+    let geometry = scene.geometry();
+    match placed_fault(scene, &geometry).or_else(|| nothing_to_see(scene, &geometry)) {
+        Some(message) => Err(refused(message)),
+        None => Ok(geometry),
     }
 }
 

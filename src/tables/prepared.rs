@@ -71,8 +71,7 @@ impl PreparedScene {
     /// large or too small for f32 ([`crate::tables::scale_limits`]).
     pub fn new(desc: &SceneDesc) -> Result<PreparedScene> {
         let start = Instant::now();
-        validate::check(desc)?;
-        let geometry = desc.geometry();
+        let geometry = validate::check(desc)?;
         let mut warnings = scale_limits::check(desc, &geometry)?;
         let degenerate = degenerate_triangles(&geometry);
         let (materials, material_index) = material_table(&desc.materials);

@@ -220,7 +220,9 @@ fn bad_objs_end_in_one_error_or_a_sound_scene() {
         let outcome = SceneDesc::load(&path).map_err(|e| e.to_string());
         seen += 1;
         match &outcome {
-            Ok(scene) => validate::check(scene).expect(name),
+            Ok(scene) => {
+                validate::check(scene).expect(name);
+            }
             Err(message) => assert_eq!(message.lines().count(), 1, "{message}"),
         }
         if let Some((_, wanted)) = EXPECTED.iter().find(|(file, _)| *file == name) {
