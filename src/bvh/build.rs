@@ -83,7 +83,7 @@ impl Bvh {
     ) -> Self {
         let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
         let source = Self::source_tree(positions, triangles, include);
-        let classes = classify(&source, triangles.len(), vertices);
+        let classes = classify(&source, positions, triangles);
         let precise = |id: u32| classes.get(id as usize).is_some_and(|class| class & PRECISE != 0);
         let wide = collapse::collapse(&source, options.leaf_size.clamp(1, LANES), vertices, precise);
         let extent = source.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());

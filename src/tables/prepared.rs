@@ -9,6 +9,7 @@ use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, Scen
 use crate::scene::validate;
 use crate::tables::alpha_masks::AlphaMaskTable;
 use crate::tables::corners::{CornerRecord, corner_table};
+use crate::tables::duplicates::Duplicates;
 use crate::tables::emitter_facing;
 use crate::tables::features::Features;
 use crate::tables::lights::emitters::{Emitter, emitter_table};
@@ -73,9 +74,13 @@ impl PreparedScene {
         let start = Instant::now();
         let geometry = validate::check(desc)?;
         let mut warnings = scale_limits::check(desc, &geometry)?;
-        let degenerate = degenerate_triangles(&geometry);
+        let mut degenerate = degenerate_triangles(&geometry);
+        let duplicates = Duplicates::find(&desc.materials, &geometry, &degenerate);
+        duplicates.dropped.iter().for_each(|&id| degenerate[id as usize] = true);
+        warnings.extend(duplicates.warning());
         let (materials, material_index) = material_table(&desc.materials);
-        let emitters = emitter_table(&desc.materials, &geometry, &degenerate);
+        let mut emitters = emitter_table(&desc.materials, &geometry, &degenerate);
+        duplicates.light_both_sides(&mut emitters);
         let vertices: Vec<[u32; 3]> = geometry.triangles.iter().map(|t| t.vertices).collect();
         let bvh = Bvh::build(&geometry.positions, &vertices, |id| !degenerate[id as usize]);
         let emissive = emitters.iter().map(|e| e.triangle);
