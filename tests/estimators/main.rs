@@ -6,7 +6,9 @@ mod common;
 mod program;
 
 mod chi_square;
+mod heavy_tails;
 mod materials;
 mod stopping;
 mod strategies;
+
 mod truth;
