@@ -5,7 +5,7 @@ use crate::film::sums::Sums;
 /// Hits of the brightest light that samples may have missed: so many are expected where none is met with 0.7 % probability.
 const UNSEEN_HITS: f64 = 5.0;
 /// The least part of the picture over which they are thought to be spread.
-const UNSEEN_PART: f64 = 1.0 / 25.0;
+const UNSEEN_PART: f64 = 1.0 / 64.0;
 
 /// What the error estimate needs of some pixels with equally many samples.
 #[derive(Clone, Copy, Debug, Default)]
@@ -88,7 +88,7 @@ impl ErrorSums {
     /// The relative error of all these pixels where paths may by chance meet light of radiance `brightest`.
     ///
     /// Samples that have all missed a rare bright light know nothing of it, and what they have met of it is a small number
-    /// of hits, more of which may be owing. So five more hits are added as if they had been missed, spread over 1/25 of the
+    /// of hits, more of which may be owing. So five more hits are added as if they had been missed, spread over 1/64 of the
     /// picture: of N samples each brings a pixel's share of `brightest` / N, and five of them evenly over a part q of the
     /// pixels come to 5 `brightest` / (sqrt(q) N), root mean square over all of them. A stricter rule of three (of what has
     /// not been met in N trials, fewer than 3 / N are expected, with 95 % confidence), since caustics are narrow and renders
@@ -118,17 +118,17 @@ mod tests {
 
     #[test]
     fn light_not_met_adds_what_five_hits_on_a_part_of_the_picture_do() {
-        // 50 pixels of 40 samples, mean 1.5. Five hits of 30 in two pixels: 75 / 40 in each of them.
-        let error = sums(50, 40).relative_error(30.0).unwrap();
-        let missed = (2.0f64 * (75.0f64 / 40.0).powi(2) / 50.0).sqrt() / 1.5;
+        // 128 pixels of 40 samples, mean 1.5. Five hits of 30 in two pixels: 75 / 40 in each of them.
+        let error = sums(128, 40).relative_error(30.0).unwrap();
+        let missed = (2.0f64 * (75.0f64 / 40.0).powi(2) / 128.0).sqrt() / 1.5;
         assert!((error.unseen - missed).abs() < 1e-12, "{error:?} {missed}");
-        assert_eq!(Some(error.seen), sums(50, 40).estimate().map(|(error, _)| error));
-        assert_eq!(sums(50, 40).relative_error(0.0).unwrap().whole(), error.seen);
+        assert_eq!(Some(error.seen), sums(128, 40).estimate().map(|(error, _)| error));
+        assert_eq!(sums(128, 40).relative_error(0.0).unwrap().whole(), error.seen);
         // The same of tiles one by one.
-        let mut tiles = sums(20, 40);
-        tiles.add(&sums(30, 40));
+        let mut tiles = sums(28, 40);
+        tiles.add(&sums(100, 40));
         assert!((tiles.relative_error(30.0).unwrap().whole() - error.whole()).abs() < 1e-12);
-        assert_eq!(sums(50, 1).relative_error(30.0), None);
+        assert_eq!(sums(128, 1).relative_error(30.0), None);
     }
 
     #[test]
