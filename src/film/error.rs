@@ -93,6 +93,14 @@ impl ErrorSums {
     /// pixels come to 5 `brightest` / (sqrt(q) N), root mean square over all of them. A stricter rule of three (of what has
     /// not been met in N trials, fewer than 3 / N are expected, with 95 % confidence), since caustics are narrow and renders
     /// look at their error again and again.
+    ///
+    /// Measured (100 renders each, films of 8 x 8, the ball 12 x 12, `tests/estimators/heavy_tails.rs`): how many end with a
+    /// true error above 1.5 times the one asked for, in brackets by the spread alone, and how many true errors lie in the
+    /// interval of [`ErrorSums::estimate`], 1.96 standard errors to both sides. A caustic in a mirror at 5 %: 0 (93), 99; a
+    /// lamp in a glass box, `nee`, 20 %: 0 (59), 94; a small lamp, `bsdf`, 10 %: 1 (83), 98; a sun of one texel, `bsdf`,
+    /// 14 %: 0 (75), 97; a caustic of a glass ball at 40 %: 3 (92), 95. What it costs: nothing where light samples see to all
+    /// lights; `glossy_plates` 0.01 % more samples at 512 x 384, 0.2 % at 128 x 96, 1 % at 64 x 48, 31 % at 32 x 24 pixels
+    /// (errors of 20 to 50 %). Not foreseen are diffuse surfaces so bright, and so rarely found, that they act as lamps do.
     pub fn relative_error(&self, brightest: f64) -> Option<RelativeError> {
         let (seen, _) = self.estimate()?;
         let samples = self.pixels * self.spp;

@@ -182,7 +182,7 @@ fn a_target_error_is_met_where_lamps_are_met_by_chance() {
     assert!(far <= 2, "{far} of 16 renders are far from the error asked for");
 }
 
-/// A hundred seeds each; the figures in README.md and in `RelativeError` are from here.
+/// A hundred seeds each; the figures in README.md and in `ErrorSums::relative_error` are from here.
 #[test]
 #[ignore = "minutes: cargo test --release --test estimators heavy_tails -- --ignored --nocapture"]
 fn a_target_error_is_met_in_every_heavy_tail() {
