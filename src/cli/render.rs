@@ -32,8 +32,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_negative_numbers = true)]
     time: Option<Duration>,
     /// Stop once the picture's relative standard error is down to E (0.01 or 1%): the root of the mean variance of the
-    /// pixels' means over the mean radiance, channels averaged, as the samples' own spread tells it; after at least 16
-    /// samples a pixel
+    /// pixels' means over the mean radiance, channels averaged, as the samples' own spread tells it, and beside it what
+    /// bright light that none of them has met may come to; after at least 16 samples a pixel, 16,384 in all
     #[arg(long, value_name = "E", value_parser = args::relative_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
     #[command(flatten)]

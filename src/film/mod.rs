@@ -12,7 +12,7 @@ pub mod error;
 pub mod sealed;
 pub mod sums;
 
-pub use error::ErrorSums;
+pub use error::{ErrorSums, RelativeError};
 pub use sums::{GroupSums, Pixel, Sums};
 
 use crate::settings::{Crop, Sampler};
