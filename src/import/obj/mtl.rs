@@ -192,7 +192,9 @@ fn texture_ref(mtl: &Path, material: &str, text: &str, warnings: &mut Vec<String
 
 fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -> MtlMaterial {
     let name = &material.name;
-    let mut bounded = |keyword: &str, value: Option<[f32; 3]>, largest: f64| {
+    let mut bounded = |keyword: &str, value: Option<[f64; 3]>, largest: f64| {
+        // The first pass has written f32 numbers.
+        let value = value.map(|v| v.map(|x| x as f32));
         if let Some(v) = value.filter(|v| !v.iter().all(|&x| (0.0..=largest).contains(&x.into()))) {
             let limit = if largest > 1.0 { "below 0" } else { "outside [0, 1]" };
             let file = path.display();
@@ -215,6 +217,7 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
             (*colour, picture.alone) = (Some([1.0; 3]), true);
         }
     }
+    let of_f32 = |x: f64| f64::from(x as f32);
     let transparent = material.dissolve.is_some_and(|d| d < 1.0) || extra("Tr").is_some_and(|tr| tr > 0.0);
     let kind = match material.illumination_model {
         Some(5) => MtlKind::Mirror,
@@ -229,10 +232,10 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
     let fallback = if specular.is_some() || emission.is_some() { [0.0; 3] } else { GREY };
     let diffuse = diffuse.unwrap_or(fallback);
     // A Phong exponent as a GGX width: lobes of equal curvature at the top (Walter et al. 2007).
-    let exponent = material.shininess.map_or(0.0, f64::from).max(0.0);
+    let exponent = material.shininess.map_or(0.0, of_f32).max(0.0);
     let roughness = extra("Pr").map(|pr| pr.clamp(0.0, 1.0));
     let alpha = roughness.map_or((2.0 / (exponent + 2.0)).sqrt(), |pr| pr * pr);
-    let ior = material.optical_density.map(f64::from).filter(|&ni| ni > 1.0);
+    let ior = material.optical_density.map(of_f32).filter(|&ni| ni > 1.0);
     MtlMaterial {
         name: name.clone(),
         kind,
