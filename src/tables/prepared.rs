@@ -14,6 +14,7 @@ use crate::tables::features::Features;
 use crate::tables::lights::emitters::{Emitter, emitter_table};
 use crate::tables::lights::environment::Environment;
 use crate::tables::lights::tree::LightTree;
+use crate::tables::lights::unit::radiance_unit;
 use crate::tables::materials::MaterialRecord;
 use crate::tables::scale_limits;
 use crate::tables::textures::TextureTable;
@@ -44,6 +45,9 @@ pub struct PreparedScene {
     pub classes: Vec<u8>,
     /// Materials in use, sorted by kind.
     pub materials: Vec<MaterialRecord>,
+    /// What radiances count in here and in the engines, W sr^-1 m^-2: a power of two, and 1 in scenes that are not extreme
+    /// ([`crate::tables::lights::unit`]). Films count in W sr^-1 m^-2.
+    pub radiance_unit: f64,
     /// Emissive triangles, by ascending id.
     pub emitters: Vec<Emitter>,
     /// The surroundings, if there are any.
@@ -75,7 +79,8 @@ impl PreparedScene {
         let mut warnings = scale_limits::check(desc, &geometry)?;
         let degenerate = degenerate_triangles(&geometry);
         let (materials, material_index) = material_table(&desc.materials);
-        let emitters = emitter_table(&desc.materials, &geometry, &degenerate);
+        let radiance_unit = radiance_unit(desc);
+        let emitters = emitter_table(&desc.materials, radiance_unit, &geometry, &degenerate);
         let triangles = triangle_table(&geometry, &degenerate, &material_index, emitters.iter().map(|e| e.triangle));
         let corners = corner_table(&desc.materials, &geometry, &triangles);
         let classes = class_table(&triangles, &materials);
@@ -96,8 +101,9 @@ impl PreparedScene {
             alpha_masks: Arc::new(alpha_masks),
             classes,
             materials,
+            radiance_unit,
             emitters,
-            environment: desc.environment().map(Environment::new),
+            environment: desc.environment().map(|environment| Environment::new(environment, radiance_unit)),
             bvh,
             light_tree: OnceLock::new(),
             features,

@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::import::obj::text::{logical_lines, split_keyword, values};
-use crate::scene::validate::{IOR_RANGE, LEAST_COAT_IOR};
+use crate::scene::validate::{IOR_RANGE, LEAST_COAT_IOR, MOST_RADIANCE};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -108,6 +108,10 @@ fn clean_mtl(path: &Path, text: &str) -> Result<String> {
             "Kd" | "Ks" | "Ke" if matches!(values(rest).next(), Some("spectral" | "xyz")) => Ok(()),
             "Kd" | "Ks" | "Ke" => {
                 let [r, g, b] = colour(keyword, rest).map_err(fault)?;
+                if keyword == "Ke" && [r, g, b].iter().any(|&x| x > MOST_RADIANCE) {
+                    let rule = format!("the largest radiance that works is {MOST_RADIANCE:e}");
+                    return Err(fault(format!("`Ke {r:e} {g:e} {b:e}`: {rule}")));
+                }
                 writeln!(clean, "{keyword} {r} {g} {b}")
             }
             "d" | "Tr" | "Ni" | "Ns" | "Pm" | "Pr" => {

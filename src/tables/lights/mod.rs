@@ -5,3 +5,4 @@ pub mod emitters;
 pub mod environment;
 pub mod table;
 pub mod tree;
+pub mod unit;
