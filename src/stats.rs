@@ -62,6 +62,9 @@ pub struct Stats {
     pub nonfinite_samples: Vec<NonFinite>,
     /// Paths that reached the depth guard.
     pub guarded: u64,
+    /// What the user should know of the settings, one sentence each; scenes have warnings of their own
+    /// ([`crate::PreparedScene::warnings`]).
+    pub warnings: Vec<String>,
     /// Every sample that was asked for has been taken (false after a stop).
     pub finished: bool,
 }

@@ -1,6 +1,7 @@
 //! `octray info`: what a scene holds and needs, the plan, what was left out.
 
 use crate::api::Scene;
+use crate::camera;
 use crate::cli::args::EstimatorArgs;
 use crate::cli::output::{JsonArgs, table};
 use crate::cli::{prepare, warn};
@@ -62,7 +63,9 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
     let prepared = prepare(&scene)?;
-    let warnings = [&scene.desc.warnings[..], &prepared.warnings[..]].concat();
+    let of_view = camera::warnings(&scene.desc.camera, scene.desc.film.1);
+    of_view.iter().for_each(|warning| warn(warning));
+    let warnings = [&scene.desc.warnings[..], &prepared.warnings[..], &of_view[..]].concat();
     let info = gather(&prepared, &settings, warnings);
     args.json.deliver(&info, || text(&info))?;
     Ok(0)

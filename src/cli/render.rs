@@ -1,6 +1,7 @@
 //! `octray render`: a scene to image files.
 
 use crate::api::Scene;
+use crate::camera;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs};
 use crate::cli::interrupt;
@@ -79,6 +80,7 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     let start = state.read(&mut settings)?;
     let start_spp = start.as_ref().map_or(0, |film| film.spp);
     let mut warnings = scene.desc.warnings.clone();
+    warnings.extend(camera::warnings(&scene.desc.camera, frame.film.1));
     warnings.iter().for_each(|warning| warn(warning));
 
     let prepared = prepare(&scene)?;

@@ -49,6 +49,7 @@ pub fn run(args: &TraceArgs) -> Result<u8> {
     }
     let prepared = prepare(&scene)?;
     let setup = Setup::new(&prepared, &settings);
+    setup.warnings.iter().for_each(|warning| warn(warning));
     let mut vertices = Vec::new();
     single::path::trace_path(&setup, (x, y), args.sample, &mut |vertex| vertices.push(vertex));
     let scalar = path_steps(&vertices);

@@ -244,6 +244,17 @@ impl CameraDesc {
     }
 }
 
+impl CameraDesc {
+    /// How far from the origin of the scene, along any axis, the eye and its lens reach.
+    pub fn reach(&self) -> f64 {
+        let lens = self.to_world.map_or(1.0, |rows| {
+            let length = |i: usize| rows.iter().map(|row| row[i] * row[i]).sum::<f64>().sqrt();
+            length(0).max(length(1))
+        });
+        self.eye().iter().fold(0.0, |most: f64, x| most.max(x.abs())) + self.aperture_radius * lens
+    }
+}
+
 impl Default for CameraDesc {
     fn default() -> Self {
         CameraDesc {

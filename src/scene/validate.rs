@@ -13,6 +13,9 @@ use glam::DVec3;
 /// hold f32: above 1e30 there is room for 3e8.
 pub const MOST_RADIANCE: f32 = 1e30;
 
+/// The largest radius of a lens, in distances of the plane in focus.
+pub const MOST_APERTURE: f64 = 1000.0;
+
 /// The most texels an environment map may have.
 pub const MAX_TEXELS: usize = 1 << 28;
 
@@ -44,6 +47,11 @@ pub fn camera_fault(camera: &CameraDesc) -> Option<&'static str> {
     }
     if !(camera.focus_distance > 0.0 && fits_f32(camera.focus_distance)) {
         return Some("focus_distance must be above 0 and finite");
+    }
+    if camera.aperture_radius > MOST_APERTURE * camera.focus_distance {
+        return Some(
+            "aperture_radius is more than 1000 times focus_distance: a lens so near to what is in focus shows nothing",
+        );
     }
     if let Some(rows) = &camera.to_world {
         let length = |i: usize| DVec3::from(rows.map(|row| row[i])).length();
