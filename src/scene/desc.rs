@@ -56,7 +56,9 @@ impl SceneDesc {
 /// A triangle mesh in object space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshDesc {
-    /// Vertex positions in object space, scene units before the instance's transform; all finite.
+    /// Vertex positions in object space, scene units before the instance's transform; all finite. Coordinates with more
+    /// digits than f32 has (a country's grid) are best placed in f64 before they are rounded, as loading does
+    /// ([`Similarity::place`](crate::scene::transform::Similarity::place)): no instance can bring back what is lost here.
     pub positions: Vec<[f32; 3]>,
     /// Triangles in file order after triangulation (n - 2 per polygon). Zero-area triangles keep their place here and
     /// are left out of the BVH.
