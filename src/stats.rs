@@ -65,6 +65,9 @@ pub struct Stats {
     pub unseen_error: Option<f64>,
     /// Paths that reached the depth guard.
     pub guarded: u64,
+    /// What the user should know of the settings, one sentence each; scenes have warnings of their own
+    /// ([`crate::PreparedScene::warnings`]).
+    pub warnings: Vec<String>,
     /// Every sample that was asked for has been taken (false after a stop).
     pub finished: bool,
 }

@@ -18,7 +18,7 @@ pub fn camera_ray(camera: &Camera, x: u32, y: u32, draws: &CameraDraws<f32>) -> 
         let [x, y] = sample_uniform_disk(draws.lens.map(|u| u as Real));
         let on_lens = vec3(lens.right) * x + vec3(lens.up) * y;
         origin += on_lens;
-        direction = direction * lens.focus_distance as Real - on_lens;
+        direction = direction * lens.focus_distance as Real - on_lens * lens.scale as Real;
     }
     let direction = direction * (1.0 / direction.dot(direction).sqrt());
     Ray { origin, direction, tmin: 0.0, tmax: Real::INFINITY }

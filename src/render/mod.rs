@@ -151,6 +151,7 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     nonfinite.sort_unstable();
     let mut counters = Counters::default();
     workers.iter().for_each(|worker| counters.add(&worker.counters));
+    stats.warnings.clone_from(&job.setup.warnings);
     stats.paths = counters.paths;
     stats.rays = counters.rays;
     stats.guarded = counters.guarded;
