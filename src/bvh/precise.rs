@@ -25,7 +25,7 @@ pub const SHARED_EDGES: u8 = 0b111;
 const SLIVER_ASPECT: f64 = 64.0;
 /// A triangle is huge if an object (triangles that share corners) so many times smaller lies on it: rays that leave the huge
 /// one would start 1e-4 of a tenth of the object too high, and points where the object meets it would be as badly placed.
-const HUGE_RATIO: f32 = 256.0;
+const HUGE_RATIO: f32 = 512.0;
 /// What lies within this part of its longest edge from its box lies on a triangle.
 const ON_IT: f32 = 1.0 / 64.0;
 /// Half-ulps of the corners' distances by which the common test may move an edge, with a factor of 1.8 to spare.
@@ -211,12 +211,15 @@ impl PreciseRay {
     /// ray may leave a floor at y = 0 from y = 0.
     pub(super) fn hit(&self, vertices: [[f32; 3]; 3], class: u8) -> Option<PreciseHit> {
         let [kx, ky, kz] = self.axes;
-        let [p, q, r] = vertices.map(|v| DVec3::from(v.map(f64::from)));
-        let seen = [p - self.origin, q - self.origin, r - self.origin];
-        let reach = seen.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+        // Not `map`, which is a call here.
+        let wide = |v: [f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+        let (p, q, r) = (wide(vertices[0]), wide(vertices[1]), wide(vertices[2]));
+        let (from_p, from_q, from_r) = (p - self.origin, q - self.origin, r - self.origin);
+        let reach = from_p.abs().max(from_q.abs()).max(from_r.abs()).max_element();
         let depth = self.direction[kz];
         let shear = [self.direction[kx] / depth, self.direction[ky] / depth];
-        let [[ax, ay], [bx, by], [cx, cy]] = seen.map(|v| [v[kx] - shear[0] * v[kz], v[ky] - shear[1] * v[kz]]);
+        let sheared = |v: DVec3| (v[kx] - shear[0] * v[kz], v[ky] - shear[1] * v[kz]);
+        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(from_p), sheared(from_q), sheared(from_r));
         let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
         let sign = if (u + v) + w < 0.0 { -1.0 } else { 1.0 };
         let (u, v, w) = (u * sign, v * sign, w * sign);
@@ -233,16 +236,17 @@ impl PreciseRay {
                 return None;
             }
         }
-        let [u, v, w] = [u, v, w].map(|edge| if edge > 0.0 { edge } else { 0.0 });
+        let inner = |edge: f64| if edge > 0.0 { edge } else { 0.0 };
+        let (u, v, w) = (inner(u), inner(v), inner(w));
         let det = (u + v) + w;
         let size = a.max(b).max(c);
         if !(det > LEAST_AREA * (size * size)) {
             return None;
         }
         let normal = (q - p).cross(r - p);
-        let t = normal.dot(seen[0]) / normal.dot(self.direction);
+        let t = normal.dot(from_p) / normal.dot(self.direction);
         // Between the corners, whatever rounding makes of a plane seen edge-on.
-        let [a, b, c] = seen.map(|v| v[kz] / depth);
+        let (a, b, c) = (from_p[kz] / depth, from_q[kz] / depth, from_r[kz] / depth);
         let (first, last) = (a.min(b).min(c), a.max(b).max(c));
         let t = (if t < first {
             first

@@ -16,11 +16,22 @@ use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// The most corners in a leaf.
 const CORNERS: usize = 32;
-/// Working memory: the sheared corners of the leaf that is visited. The caller makes it once for many packets: clearing 3 KiB
-/// for each took 2 % of a whole render.
-pub(super) type Corners = [[F32x8; 3]; CORNERS];
-/// [`Corners`] to begin with.
-pub(super) const NO_CORNERS: Corners = [[F32x8::ZERO; 3]; CORNERS];
+/// Working memory: the sheared corners of the leaf that is visited. It lies in the callers' scratch: clearing 3 KiB for each
+/// packet, which the compiler does for an array on the stack wherever it is written, took 10 % of the walk's instructions.
+#[derive(Clone)]
+pub(super) struct Corners([[F32x8; 3]; CORNERS]);
+
+impl Default for Corners {
+    fn default() -> Self {
+        Self([[F32x8::ZERO; 3]; CORNERS])
+    }
+}
+
+impl std::fmt::Debug for Corners {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("sheared corners")
+    }
+}
 /// What a visit of a leaf, a corner and a triangle take, roughly in cycles.
 const LEAF_COST: f32 = 12.0;
 const CORNER_COST: f32 = 4.0;
@@ -235,7 +246,7 @@ impl Rays {
     #[inline(always)]
     fn shear_corners(&self, flat: &Flat, leaf: &Leaf, sheared_corners: &mut Corners) {
         let corners = &flat.corners[leaf.corners.start as usize..leaf.corners.end as usize];
-        for (to, corner) in sheared_corners.iter_mut().zip(corners) {
+        for (to, corner) in sheared_corners.0.iter_mut().zip(corners) {
             let corner = F32x8::from_array(*corner);
             *to = sheared(std::array::from_fn(|k| corner.permute(self.axes[k]) - self.origin[k]), self.shear);
         }
@@ -268,7 +279,7 @@ impl Triangle {
     fn corners(&self, sheared_corners: &Corners) -> [[F32x8; 3]; 3] {
         // Not `map`, which is a call here.
         let [a, b, c] = self.corners;
-        let corner = |corner: u8| sheared_corners[corner as usize % CORNERS];
+        let corner = |corner: u8| sheared_corners.0[corner as usize % CORNERS];
         [corner(a), corner(b), corner(c)]
     }
 }

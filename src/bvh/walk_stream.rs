@@ -11,7 +11,7 @@ use crate::bvh::prefetch::prefetch;
 use crate::bvh::ray::{HitPacket, NO_HIT, PERMUTATION, Ray, RayPacket};
 use crate::bvh::sort::sort_children;
 use crate::bvh::triangle::{Edges, dominant_axis8, edges, most_moved, sheared};
-use crate::bvh::walk_single::{for_each_precise, precise_lanes};
+use crate::bvh::walk_single::for_each_precise;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Rays in flight: 16 to 32 measured alike, 8 and 64 lose.
@@ -283,7 +283,7 @@ impl Rays {
         let edges = edges([sheared(corner(0), shear), sheared(corner(1), shear), sheared(corner(2), shear)]);
         let inside = edges.inside;
         if holds_precise(word) {
-            let precise = precise_lanes(block, tables);
+            let precise = Mask8::from_bits(tables.precise[block_of(word)]);
             let near = edges.near(splat(most_moved(given(row).origin, tables.extent)));
             let coarse = (inside & edges.edge_on()).and_not(precise) | (precise & near);
             let found = self.test_precise::<ANY>(row, block_of(word), tables, coarse, &given(row));

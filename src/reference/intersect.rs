@@ -123,7 +123,7 @@ pub fn occluded_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, counts: impl Fn(&
 const WIDENING: Real = 1.0 + 1.0 / 2_097_152.0;
 
 /// A ray ready for boxes: the robust slab test (Ize 2013, "Robust BVH Ray Traversal"), which may enter a box in vain but
-/// never misses one. Besides the relative widening every slab is widened by 2^-21 (|o| + extent) / |d|: a relative one is
+/// never misses one. Besides the relative widening every slab is widened by 2^-22 (|o| + extent) / |d|: a relative one is
 /// worth nothing for a ray that lies in a box's face.
 struct SlabRay {
     origin: [Real; 3],
@@ -138,7 +138,7 @@ impl SlabRay {
         // Components of 0 become a tiny number of the same sign, so that no 0 x infinity arises.
         let tiny = 1.0 / (1u128 << 80) as Real;
         let inverse = direction.map(|d| 1.0 / if d.abs() > tiny { d } else { tiny.copysign(d) });
-        let margin = std::array::from_fn(|k| (origin[k].abs() + extent as Real) * inverse[k].abs() / 2_097_152.0);
+        let margin = std::array::from_fn(|k| (origin[k].abs() + extent as Real) * inverse[k].abs() / 4_194_304.0);
         SlabRay { origin, inverse, margin, tmin: ray.tmin }
     }
 

@@ -115,7 +115,7 @@ impl Start {
         let position = point(record, w0, w1);
         // Ample: what a ray from a huge lamp jumps over by it, surfaces and the camera find.
         let size = record.vertices.map(|v| Vec3::from(v).abs().element_sum()).into_iter().fold(0.0, f32::max);
-        let offset = (16.0 * size + record.offset) * 0.5 * f32::EPSILON;
+        let offset = (16.0 * size + record.offset.max(0.0)) * 0.5 * f32::EPSILON;
         let (sine, cosine) = sin_cos_turns(w3);
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         let direction = (tangent * cosine + bitangent * sine) * w2.sqrt() + normal * (1.0 - w2).sqrt();
@@ -135,7 +135,7 @@ impl Start {
 fn least_height(record: &TriangleRecord) -> f32 {
     let [a, b, c] = record.vertices.map(|v| Vec3::from(v).abs());
     let size = (a.max(b).max(c) * Vec3::from(record.normal).abs()).element_sum();
-    (16.0 * size + record.sliver) * 0.5 * f32::EPSILON
+    (16.0 * size + record.offset.max(0.0)) * 0.5 * f32::EPSILON
 }
 
 /// The point of a triangle for two numbers in [0, 1), uniform over it.
