@@ -84,6 +84,8 @@ impl PreparedScene {
         let alpha_masks = AlphaMaskTable::new(desc, &geometry);
         let features = Features::new(desc, &degenerate, &classes, &corners, !alpha_masks.is_empty());
         warnings.extend(emitter_facing::warnings(desc, &geometry, &emitters, &triangles, &bvh));
+        let environment = desc.environment().map(Environment::new);
+        warnings.extend(environment.as_ref().and_then(Environment::warning));
         Ok(PreparedScene {
             name: desc.name.clone(),
             camera: desc.camera,
@@ -97,7 +99,7 @@ impl PreparedScene {
             classes,
             materials,
             emitters,
-            environment: desc.environment().map(Environment::new),
+            environment,
             bvh,
             light_tree: OnceLock::new(),
             features,

@@ -7,6 +7,7 @@ mod program;
 
 mod chi_square;
 mod materials;
+mod plastic;
 mod stopping;
 mod strategies;
 mod truth;
