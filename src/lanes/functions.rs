@@ -34,13 +34,10 @@ pub fn atan2_turns(y: F32x8, x: F32x8) -> F32x8 {
     turns.lt(F32x8::ONE).select(turns, F32x8::ZERO)
 }
 
-/// Arc cosines in half turns; the lanes of [`crate::math::acos_half_turns`], same bits.
+/// Angles in half turns from versines; the lanes of [`crate::math::polar_half_turns`], same bits.
 #[inline(always)]
-pub fn acos_half_turns(y: F32x8) -> F32x8 {
-    let a = y.abs();
-    let root = (F32x8::ONE - a).max(F32x8::ZERO).sqrt();
-    let half = root * polynomial(&crate::math::ACOS_POLYNOMIAL, a);
-    y.lt(F32x8::ZERO).select(F32x8::ONE - half, half)
+pub fn polar_half_turns(versine: F32x8) -> F32x8 {
+    versine.sqrt() * polynomial(&crate::math::ACOS_POLYNOMIAL, F32x8::ONE - versine)
 }
 
 /// `c[0] + x (c[1] + x (c[2] + ..))`.

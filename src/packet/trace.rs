@@ -33,7 +33,6 @@ fn read_step(state: &TileState) -> PathStep {
         contribution: first(&shadow.contribution),
         blocked: shadow.blocked[0] & 1 == 1,
     });
-    let [r, g, b, _] = radiance[0];
     PathStep {
         origin: [traced.rays.ox[0], traced.rays.oy[0], traced.rays.oz[0]],
         direction: direction(&traced.rays),
@@ -41,7 +40,7 @@ fn read_step(state: &TileState) -> PathStep {
         triangle: hits.triangle[0],
         t: hits.t[0],
         shadow,
-        radiance: [r, g, b],
+        radiance: radiance[0].value(),
     }
 }
 

@@ -32,9 +32,9 @@ pub fn atan2_turns(y: Real, x: Real) -> Real {
     if turns < 1.0 { turns } else { 0.0 }
 }
 
-/// The arc cosine of `y` in half turns, in [0, 1]; what lies beyond -1 or 1 counts as -1 or 1.
-pub fn acos_half_turns(y: Real) -> Real {
-    y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI
+/// The angle, in half turns, of a direction with this `versine` (one minus the cosine) to the axis.
+pub fn polar_half_turns(versine: Real) -> Real {
+    2.0 * (0.5 * versine).sqrt().asin() / std::f64::consts::PI
 }
 
 #[path = "alpha_masks.rs"]

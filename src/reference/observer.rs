@@ -13,7 +13,30 @@ pub struct Path {
     /// Throughput.
     pub beta: Vec3,
     /// Radiance gathered so far.
-    pub radiance: Vec3,
+    pub radiance: CompensatedSum,
+}
+
+/// A sum of many terms, and what rounding has taken from it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CompensatedSum {
+    sum: Vec3,
+    lost: Vec3,
+}
+
+impl CompensatedSum {
+    /// Adds a term together with what the last addition lost (Kahan 1965); what this one loses is exact (Knuth's two-sum).
+    pub fn add(&mut self, term: Vec3) {
+        let term = term + self.lost;
+        let next = self.sum + term;
+        let taken = next - self.sum;
+        self.lost = (self.sum - (next - taken)) + (term - taken);
+        self.sum = next;
+    }
+
+    /// The sum.
+    pub fn value(&self) -> Vec3 {
+        self.sum
+    }
 }
 
 /// What happens to a path.
@@ -69,7 +92,7 @@ fn vertex(path: &Path, event: Event) -> TraceVertex {
         direction: wide(direction),
         beta: wide(path.beta),
         gain: [0.0; 3],
-        radiance: wide(path.radiance),
+        radiance: wide(path.radiance.value()),
         pdf: 0.0,
         weight: 0.0,
     };

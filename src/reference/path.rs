@@ -5,7 +5,7 @@ use super::camera::camera_ray;
 use super::intersect::{Hit, Ray, intersect_where, occluded_where, stack};
 use super::lights::sample::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::lights::tree::Receiver;
-use super::observer::{Event, Observer, Path};
+use super::observer::{CompensatedSum, Event, Observer, Path};
 use super::surface::surface_point_on;
 use super::texture::look_up;
 use super::{Real, Vec3, bsdf, mis, vec3};
@@ -67,7 +67,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
     let numbers = PathNumbers { sampler: setup.sampler, seed: setup.seed, pixel, sample };
     let (scene, strategy) = (setup.scene, setup.strategy.row());
     let mut result = PathResult::default();
-    let mut path = Path { depth: 0, beta: Vec3::ONE, radiance: Vec3::ZERO };
+    let mut path = Path { depth: 0, beta: Vec3::ONE, radiance: CompensatedSum::default() };
     let mut stack = stack(&scene.bvh);
 
     // generate_camera_rays
@@ -86,7 +86,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             if let Some((radiance, pdf_light)) = found {
                 let weight = emission_weight(strategy, previous, pdf_light);
                 let gain = path.beta * radiance * weight;
-                path.radiance += gain;
+                path.radiance.add(gain);
                 observer.note(&path, Event::Environment(&ray, gain, weight));
             }
             break;
@@ -106,7 +106,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             let weight = emission_weight(strategy, previous, pdf_light);
             let radiance = emitted(&setup.lights, triangle.light, [1.0 - hit.u - hit.v, hit.u, hit.v]);
             let gain = path.beta * radiance * weight;
-            path.radiance += gain;
+            path.radiance.add(gain);
             observer.note(&path, Event::Emission(&ray, &hit, point.position, gain, weight));
         }
 
@@ -142,7 +142,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
                     let blocks = |hit: &Hit| light.target.is_blocked_by(hit, tmax) && is_hit(&scene.alpha_masks, hit);
                     let blocked = occluded_where(&scene.bvh, &shadow, &mut stack, blocks);
                     if !blocked {
-                        path.radiance += gain;
+                        path.radiance.add(gain);
                     }
                     observer.note(&path, Event::Light(point.position, &light, gain, weight, blocked));
                 }
@@ -192,7 +192,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         let origin = if through { point.origin_behind } else { point.origin };
         ray = Ray { origin, direction, tmin: 0.0, tmax: Real::INFINITY };
     }
-    result.radiance = path.radiance;
+    result.radiance = path.radiance.value();
     result
 }
 

@@ -15,7 +15,7 @@ pub fn vec3(v: [f32; 3]) -> Vec3 {
     Vec3::new(v[0] as Real, v[1] as Real, v[2] as Real)
 }
 
-pub use crate::math::{INV_2PI, INV_PI, acos_half_turns, atan2_turns, sin_cos_turns};
+pub use crate::math::{INV_2PI, INV_PI, atan2_turns, polar_half_turns, sin_cos_turns};
 
 #[path = "alpha_masks.rs"]
 pub mod alpha_masks;

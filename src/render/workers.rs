@@ -140,8 +140,8 @@ impl Job<'_> {
             trace_paths(self.setup, self.plan, state, &mut worker.counters);
             let clock = std::time::Instant::now();
             for slot in 0..state.slots.len {
-                let [r, g, b, _] = state.slots.radiance[slot];
-                tile.add(worker.pixel_of_slot[slot] as usize, state.slots.sample[slot], [r, g, b]);
+                let radiance = state.slots.radiance[slot].value();
+                tile.add(worker.pixel_of_slot[slot] as usize, state.slots.sample[slot], radiance);
             }
             worker.counters.note(Stage::AddToFilm, state.slots.len, clock);
             first += count;
@@ -186,5 +186,5 @@ pub fn fill_slots(slots: &mut Slots, pixel_of_slot: &mut Vec<u32>, area: Crop, f
         }
     }
     slots.len = len;
-    slots.radiance[..len].fill([0.0; 4]);
+    slots.radiance[..len].fill(Default::default());
 }

@@ -125,7 +125,7 @@ impl LightDraws<u32, f32> {
     pub fn coin(&self) -> bool {
         unit(self.last) < 0.5
     }
-    /// Decides between the two texels of a column of an environment map's alias table.
+    /// Chooses the texel of an environment map together with what choosing a light leaves of `select`.
     pub fn fork(&self) -> u32 {
         self.last << 1
     }
@@ -137,7 +137,7 @@ impl LightDraws<U32x8, F32x8> {
     pub fn coin(&self) -> Mask8 {
         unit_x8(self.last).lt(F32x8::splat(0.5))
     }
-    /// Decides between the two texels of a column of an environment map's alias table.
+    /// Chooses the texel of an environment map together with what choosing a light leaves of `select`.
     #[inline(always)]
     pub fn fork(&self) -> U32x8 {
         self.last << 1

@@ -20,7 +20,7 @@ use sobol::{sobol_words, sobol_words_x8};
 pub const CAMERA_BLOCK: u32 = 0;
 
 /// The light block of scattering event `event`: 0 selects the light (all 32 bits), 1, 2 the point on it; the top bit of 3 is
-/// the coin of the one-sample strategy, its other bits decide between the two texels of an environment map's alias column.
+/// the coin of the one-sample strategy, its other bits choose a texel of an environment map together with word 0.
 #[inline(always)]
 pub fn light_block(event: u32) -> u32 {
     1 + 2 * event

@@ -220,7 +220,8 @@ impl MaterialRecord {
                 let alpha = alpha.max(MIN_ALPHA);
                 record.ior = ior as f32;
                 record.alpha = alpha as f32;
-                let scale = plastic_energy::base_scale(ior, alpha);
+                // Of the numbers that shading reads: next to 1 an index loses digits in f32.
+                let scale = plastic_energy::base_scale(f64::from(record.ior), f64::from(record.alpha));
                 record.color = albedo.map(|c| (c * scale) as f32);
                 // Above 0, so that a probability in proportion to it always exists.
                 record.base_weight = albedo.into_iter().fold(1e-4, f64::max) as f32;

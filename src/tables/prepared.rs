@@ -95,6 +95,8 @@ impl PreparedScene {
         let alpha_masks = AlphaMaskTable::new(desc, &geometry);
         let features = Features::new(desc, &degenerate, &classes, &corners, !alpha_masks.is_empty());
         warnings.extend(emitter_facing::warnings(desc, &geometry, &emitters, &triangles, &bvh));
+        let environment = desc.environment().map(|environment| Environment::new(environment, radiance_unit));
+        warnings.extend(environment.as_ref().and_then(Environment::warning));
         Ok(PreparedScene {
             name: desc.name.clone(),
             camera: desc.camera,
@@ -109,7 +111,7 @@ impl PreparedScene {
             materials,
             radiance_unit,
             emitters,
-            environment: desc.environment().map(|environment| Environment::new(environment, radiance_unit)),
+            environment,
             bvh,
             light_tree: OnceLock::new(),
             features,

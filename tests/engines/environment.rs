@@ -63,11 +63,13 @@ fn lanes3(v: &[[f32; 3]]) -> Vec3x8 {
 fn angles_have_the_same_bits_on_lanes() {
     for block in directions(40_000).chunks_exact(LANES) {
         let v = lanes3(block);
-        let (turns, half) = (lanes::atan2_turns(v.x, v.z).to_array(), lanes::acos_half_turns(v.y).to_array());
+        let turns = lanes::atan2_turns(v.x, v.z).to_array();
+        let half = lanes::polar_half_turns(F32x8::ONE - v.y.abs()).to_array();
         for i in 0..LANES {
             let [x, y, z] = block[i];
             assert_eq!(turns[i].to_bits(), math::atan2_turns(x, z).to_bits(), "{x} {z}");
-            assert_eq!(half[i].to_bits(), math::acos_half_turns(y).to_bits(), "{y}");
+            let versine = 1.0 - y.abs();
+            assert!(half[i].to_bits() == math::polar_half_turns(versine).to_bits() || versine < 0.0, "{y}");
         }
     }
 }
@@ -128,17 +130,13 @@ fn a_sampled_direction_is_looked_up_where_it_was_drawn() {
                 let inside = |w: u32| 0.002 + 0.996 * unit(w);
                 let u = [inside(w[1]), inside(w[2])];
                 let (direction, _) = single::lights::environment::sample_map(&map, &uniform, [w[0], 0], u);
-                let index = uniform.choose(w[0], 0) as usize;
-                // The rows at the poles are a few hundred f32 high: in the largest map the rim is wider there.
-                let polar = height > 512 && (index < 2 * width as usize || index >= ((height - 2) * width) as usize);
+                let index = uniform.choose([w[0], 0]) as usize;
                 let found = single::lights::environment::texel_index(&map, direction);
-                assert!(polar || found == index, "{width} x {height}, {direction}: {found} instead of {index}");
+                assert!(found == index, "{width} x {height}, {direction}: {found} instead of {index}");
                 let u = u.map(f64::from);
                 let (wide, _) = double::lights::environment::sample_map(&map, &uniform, [w[0], 0], u);
-                // Near the poles the height's last bit decides the distance from the axis.
-                let bound = 5e-7 + 1.2e-7 / wide.x.hypot(wide.z).max(1e-3);
-                assert!((wide - direction.as_dvec3()).length() < bound, "{wide} {direction}");
-                assert!(polar || double::lights::environment::texel_index(&map, wide) == index);
+                assert!((wide - direction.as_dvec3()).length() < 8e-7, "{wide} {direction}");
+                assert!(double::lights::environment::texel_index(&map, wide) == index);
             }
         }
     }

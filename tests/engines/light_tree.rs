@@ -198,6 +198,87 @@ fn frequencies_are_the_probabilities() {
     }
 }
 
+/// Lamps around lamps, five shells of them, each smaller by 8 and weaker by 1e4 than the one around it: far off the innermost
+/// have the least share at every level of the tree.
+fn nested() -> PreparedScene {
+    let mut maker = Maker::default();
+    for shell in 0..5 {
+        let size = 8f32.powi(-shell);
+        let radiance = 64f64.powi(shell) * 1e-4f64.powi(shell);
+        let material = maker.diffuse([0.5; 3], [radiance; 3]);
+        for i in 0..40u32 {
+            let p = direction(numbers(9_000 + shell as u32 * 40 + i)) * size;
+            let corners = [p, p + Vec3::X * 0.1 * size, p + Vec3::Z * 0.1 * size].map(|v| v.to_array());
+            maker.quad([corners[0], corners[1], corners[2], corners[2]], material);
+            maker.mesh.triangles.pop();
+        }
+    }
+    maker.seen([0.5, -3.0, 9.0], [0.0; 3], 60.0)
+}
+
+/// However small a light's probability is, it is drawn as often as is stated: all words that can choose the light, which lie
+/// together, are tried. (A word has 32 bits, of which a light of probability 2^-28 sees no more than 4.)
+#[test]
+fn the_least_likely_lights_are_drawn_as_often_as_is_stated() {
+    let scene = nested();
+    with_tree(&scene, |tree, table| {
+        let mut order: Vec<u32> = (0..table.records.len() as u32).collect();
+        // Lights in the order in which words choose them: that of their paths, the root's three bits first.
+        let digits = |light: u32| (0..21).map(move |level| tree.paths[light as usize] >> (3 * level) & 7);
+        order.sort_by(|&a, &b| digits(a).cmp(digits(b)));
+        let (mut drawn, mut stated, mut lights, mut never) = ([0.0; 2], [0.0; 2], 0, 0);
+        for number in 0..10u32 {
+            let [x, y, z, _] = numbers(70_000 + number);
+            let origin = Vec3::new(4.0 * x - 2.0, -2.0 - 3.0 * y, 4.0 * z - 2.0);
+            let receiver = Receiver { origin, normal: Vec3::Y };
+            let mut before = 0.0;
+            for &light in &order {
+                let p = f64::from(light_probability(tree, &receiver, light));
+                let words = p * 2f64.powi(32);
+                if words > 2.0 && p < 2f64.powi(-21) {
+                    let start = before * 2f64.powi(32);
+                    let (first, last) = (start - words - 1024.0, start + 2.0 * words + 1024.0);
+                    let all = (first.max(0.0) as u64)..=(last.min(4_294_967_295.0) as u64);
+                    let count = all.filter(|&word| choose_light(tree, &receiver, word as u32).0 == light).count();
+                    let size = (p < 2f64.powi(-25)) as usize;
+                    drawn[size] += count as f64;
+                    stated[size] += words;
+                    lights += 1;
+                    never += (count == 0 && words > 8.0) as u32;
+                    let size = (p < 2f64.powi(-25)) as usize;
+                    drawn[size] += count as f64;
+                    stated[size] += words;
+                    lights += 1;
+                    never += (count == 0 && words > 8.0) as u32;
+                    if count == 0 && words > 8.0 && number < 4 {
+                        let (first, last) = (start - words - 99999.0, start + 2.0 * words + 99999.0);
+                        let all = (first.max(0.0) as u64)..=(last.min(4_294_967_295.0) as u64);
+                        let w: Vec<u64> =
+                            all.filter(|&word| choose_light(tree, &receiver, word as u32).0 == light).collect();
+                        println!(
+                            "{number} light {light} path {:o} words {words} start {start} found {} {:?} {:?}",
+                            tree.paths[light as usize],
+                            w.len(),
+                            w.first(),
+                            w.last()
+                        );
+                    }
+                }
+                before += p;
+            }
+        }
+        println!("drawn {drawn:?}, stated {stated:?} words of {lights} lights; {never} never drawn");
+        assert!(lights > 200 && never == 0, "{lights} lights, {never} never drawn");
+        for (drawn, stated) in drawn.into_iter().zip(stated) {
+            // One light shares the luck of its neighbours: their words hang together.
+            assert!(
+                stated > 100.0 && (drawn / stated - 1.0).abs() < 0.02 + 8.0 / f64::sqrt(stated),
+                "{drawn}, {stated}"
+            );
+        }
+    });
+}
+
 /// Copies of one light, lights in a row, and more lights than a tree of even splits could separate by place.
 #[test]
 fn a_tree_can_be_built_over_anything() {

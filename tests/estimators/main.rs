@@ -8,6 +8,7 @@ mod program;
 mod chi_square;
 mod heavy_tails;
 mod materials;
+mod plastic;
 mod stiff_truth;
 mod stopping;
 mod strategies;

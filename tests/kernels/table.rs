@@ -32,7 +32,9 @@ fn functions_of_angles() {
     kernel!("sin_cos_turns", all_numbers::<1>, |[t]| lanes::sin_cos_turns(t).into(), |[t]| math::sin_cos_turns(t)
         .into());
     kernel!("atan2_turns", all_anything::<2>, |[y, x]| [lanes::atan2_turns(y, x)], |[y, x]| [math::atan2_turns(y, x)]);
-    kernel!("acos_half_turns", all_anything::<1>, |[y]| [lanes::acos_half_turns(y)], |[y]| [math::acos_half_turns(y)]);
+    kernel!("polar_half_turns", all_anything::<1>, |[v]| [lanes::polar_half_turns(v)], |[v]| [math::polar_half_turns(
+        v
+    )]);
 }
 
 #[test]

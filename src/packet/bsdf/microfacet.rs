@@ -43,10 +43,9 @@ pub fn sample_visible_normal(alpha: F32x8, wo: Vec3x8, u: [F32x8; 2]) -> Vec3x8 
 #[inline(always)]
 pub fn fresnel_dielectric(cosine: F32x8, eta: F32x8) -> (F32x8, F32x8) {
     let (zero, one) = (F32x8::ZERO, F32x8::ONE);
-    let sine_squared_t = (one - cosine * cosine) / (eta * eta);
-    let rest = one - sine_squared_t;
+    let rest = (eta - one) * (eta + one) + cosine * cosine;
     let refracts = rest.gt(zero);
-    let cosine_t = refracts.select(rest.sqrt(), zero);
+    let cosine_t = refracts.select(rest.sqrt() / eta, zero);
     let parallel = (eta * cosine - cosine_t) / (eta * cosine + cosine_t);
     let perpendicular = (cosine - eta * cosine_t) / (cosine + eta * cosine_t);
     let reflectance = F32x8::splat(0.5) * (parallel * parallel + perpendicular * perpendicular);

@@ -1,6 +1,6 @@
 //! Environment maps, eight directions at a time: choose directions, find the texels of directions, and the densities.
 
-use crate::lanes::{F32x8, LANES, U32x8, Vec3x8, acos_half_turns, atan2_turns, sin_cos_turns};
+use crate::lanes::{F32x8, LANES, U32x8, Vec3x8, atan2_turns, polar_half_turns, sin_cos_turns};
 use crate::tables::lights::environment::{Distribution, EnvironmentMap};
 
 /// Eight texels.
@@ -21,26 +21,36 @@ fn gather_texels(map: &EnvironmentMap, index: U32x8) -> Texels {
 
 /// Draws directions by radiance: texels, then points uniform in their solid angles. Unit directions and the texels.
 ///
-/// `word` and `fork` choose the texels, `u` the points in them: along the row, down the row.
+/// `words` choose the texels, `u` the points in them: along the row, and from the nearer pole.
 #[inline(always)]
 pub fn sample_map(
     map: &EnvironmentMap,
     distribution: &Distribution,
-    [word, fork]: [U32x8; 2],
+    words: [U32x8; 2],
     u: [F32x8; 2],
 ) -> (Vec3x8, Texels) {
     // A table lookup a lane: the scalar rule is the lane rule.
-    let (word, fork) = (word.to_array(), fork.to_array());
-    let index: [u32; LANES] = std::array::from_fn(|lane| distribution.choose(word[lane], fork[lane]));
+    let (word, fork) = (words[0].to_array(), words[1].to_array());
+    let index: [u32; LANES] = std::array::from_fn(|lane| distribution.choose([word[lane], fork[lane]]));
     let row = U32x8::from_array(index.map(|index| index / map.width));
     let column = U32x8::from_array(index.map(|index| index % map.width));
     let turns = (column.to_f32() + u[0]) / F32x8::splat(map.width as f32) - F32x8::splat(map.turn);
     let turns = turns.lt(F32x8::ZERO).select(turns + F32x8::ONE, turns);
     let (sine, cosine) = sin_cos_turns(turns);
-    let top = F32x8::gather(&map.row_edges, row);
-    let bottom = F32x8::gather(&map.row_edges, row + U32x8::splat(1));
-    let y = top - u[1] * (top - bottom);
-    let radius = ((F32x8::ONE - y) * (F32x8::ONE + y)).sqrt();
+    let (one, last_row) = (U32x8::splat(1), U32x8::splat(map.height - 1));
+    let from_south = last_row - row;
+    let middle = row.eq(from_south);
+    let twice = u[1] + u[1];
+    let lower_half = twice.ge(F32x8::ONE);
+    let down = middle.select(lower_half.select(twice - F32x8::ONE, twice), u[1]);
+    let south = (middle & lower_half) | from_south.lt_signed(row);
+    let row = row.min_signed(from_south);
+    let near = F32x8::gather(&map.row_edges, row);
+    let far = F32x8::gather(&map.row_edges, row + one);
+    let versine = near + down * (far - near);
+    let radius = (versine * (F32x8::splat(2.0) - versine)).sqrt();
+    let height = F32x8::ONE - versine;
+    let y = south.select(-height, height);
     (Vec3x8::new(-(radius * sine), y, radius * cosine), gather_texels(map, U32x8::from_array(index)))
 }
 
@@ -54,17 +64,19 @@ pub fn map_pdf_dir(distribution: &Distribution, texels: &Texels) -> F32x8 {
 /// The indices of the texels that unit directions look at.
 #[inline(always)]
 pub fn texel_indices(map: &EnvironmentMap, direction: Vec3x8) -> U32x8 {
-    let one = U32x8::splat(1);
-    let (last_column, last_row) = (U32x8::splat(map.width - 1), U32x8::splat(map.height - 1));
+    let last_column = U32x8::splat(map.width - 1);
     let turns = atan2_turns(-direction.x, direction.z) + F32x8::splat(map.turn);
     let turns = turns.lt(F32x8::ONE).select(turns, turns - F32x8::ONE);
     let column = U32x8::from_f32(turns * F32x8::splat(map.width as f32)).min_signed(last_column);
-    let y = direction.y.max(F32x8::splat(-1.0)).min(F32x8::ONE);
-    let row = U32x8::from_f32(acos_half_turns(y) * F32x8::splat(map.height as f32)).min_signed(last_row);
-    // The arc cosine is right to a fraction of a row; the edges have the last word.
-    let above = y.gt(F32x8::gather(&map.row_edges, row));
-    let below = y.le(F32x8::gather(&map.row_edges, row + one));
-    let row = above.select_u32(row - one, below.select_u32((row + one).min_signed(last_row), row));
+    let (one, last) = (U32x8::splat(1), U32x8::splat(map.row_edges.len() as u32 - 2));
+    let Vec3x8 { x, y, z } = direction;
+    let versine = ((x * x + z * z) / (F32x8::ONE + y.abs())).min(F32x8::ONE);
+    let row = U32x8::from_f32(polar_half_turns(versine) * F32x8::splat(map.height as f32)).min_signed(last);
+    // The angle is right to a fraction of a row; the edges have the last word.
+    let before = versine.lt(F32x8::gather(&map.row_edges, row));
+    let after = versine.ge(F32x8::gather(&map.row_edges, row + one));
+    let row = before.select_u32(row - one, after.select_u32((row + one).min_signed(last), row));
+    let row = y.lt(F32x8::ZERO).select_u32(U32x8::splat(map.height - 1) - row, row);
     row * U32x8::splat(map.width) + column
 }
 

@@ -46,10 +46,13 @@ pub fn sample_lights(
     let receivers = Receivers { origin: points.origin, normal: points.normal };
     let choice = choose(lights, &receivers, active, draws.select);
     let Some(environment) = lights.environment else { return sample_emitters(lights, points, &choice, draws.point) };
-    let a = sample_environment(environment, points, &choice, draws);
+    let fork = draws.fork();
     if lights.records.is_empty() {
-        return a;
+        return sample_environment(environment, points, &choice, [choice.word, fork], draws.point);
     }
+    // Choosing has spent three bits of the word: the fork's first three replace them.
+    let words = [choice.word | fork >> 29, fork << 3];
+    let a = sample_environment(environment, points, &choice, words, draws.point);
     let b = sample_emitters(lights, points, &choice, draws.point);
     let sky = choice.environment;
     LightSamples {
@@ -143,15 +146,15 @@ fn sample_environment(
     environment: EnvironmentLight,
     points: &SurfacePoints,
     choice: &Choice,
-    draws: &LightDraws<U32x8, F32x8>,
+    words: [U32x8; 2],
+    u: [F32x8; 2],
 ) -> LightSamples {
-    let u = draws.point;
     let (direction, radiance, map_pdf) = match environment {
         EnvironmentLight::Constant(radiance) => {
             (to_world(sample_cosine_hemisphere(u), points.normal), Vec3x8::splat(radiance), None)
         }
         EnvironmentLight::Map(map, distribution) => {
-            let (direction, texels) = sample_map(map, distribution, [choice.word, draws.fork()], u);
+            let (direction, texels) = sample_map(map, distribution, words, u);
             (direction, texels.radiance, Some(map_pdf_dir(distribution, &texels)))
         }
     };

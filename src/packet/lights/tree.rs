@@ -23,6 +23,7 @@ pub struct Receivers {
 pub fn choose_lights(tree: &LightTree, receivers: &Receivers, active: Mask8, word: U32x8) -> (U32x8, F32x8) {
     let mut u = unit_x8(word);
     let mut rest = (word & U32x8::splat(0xff)).to_f32() * F32x8::splat(1.0 / 4_294_967_296.0);
+    let mut bits = word;
     let mut walk = Walk::new(active);
     let mut light = U32x8::ZERO;
     while walk.active.any() {
@@ -41,8 +42,10 @@ pub fn choose_lights(tree: &LightTree, receivers: &Receivers, active: Mask8, wor
             open = open.and_not(here);
         }
         low = open.select(high, low);
-        u = (((x - low) + rest * total) / share).min(F32x8::splat(ONE_BELOW));
-        rest = F32x8::ZERO;
+        let along = ((u - low / total) + rest) / (share / total);
+        u = along.max(F32x8::ZERO).min(F32x8::splat(ONE_BELOW));
+        bits = bits * U32x8::splat(1_664_525) + U32x8::splat(1_013_904_223);
+        rest = (bits >> 8).to_f32() * F32x8::splat(1.0 / 281_474_976_710_656.0);
         let child = walk.descend(tree, column, share, total);
         let leaf = walk.finish(child);
         let second = is_pair(child) & u.ge(F32x8::splat(0.5));

@@ -37,13 +37,14 @@ pub fn sample_visible_normal(alpha: Real, wo: Vec3, u: [Real; 2]) -> Vec3 {
 
 /// Fresnel reflectance of a dielectric whose index is `eta` times that of the incident side, for unpolarised light (pbrt-v4
 /// section 9.3.5), and the cosine of the refracted direction. 1 under total internal reflection.
+///
+/// Snell's law as eta^2 cos_t^2 = (eta^2 - 1) + cos^2: 1 - sin_t^2 loses all digits near grazing where eta is near 1.
 pub fn fresnel_dielectric(cosine: Real, eta: Real) -> (Real, Real) {
-    let sine_squared_t = (1.0 - cosine * cosine) / (eta * eta);
-    let rest = 1.0 - sine_squared_t;
+    let rest = (eta - 1.0) * (eta + 1.0) + cosine * cosine;
     if !(rest > 0.0) {
         return (1.0, 0.0);
     }
-    let cosine_t = rest.sqrt();
+    let cosine_t = rest.sqrt() / eta;
     let parallel = (eta * cosine - cosine_t) / (eta * cosine + cosine_t);
     let perpendicular = (cosine - eta * cosine_t) / (cosine + eta * cosine_t);
     (0.5 * (parallel * parallel + perpendicular * perpendicular), cosine_t)

@@ -1,7 +1,7 @@
 //! Light sampling from one surface point.
 
 use super::{
-    INV_2PI, Real, Vec3, acos_half_turns, alpha_masks, atan2_turns, intersect, sin_cos_turns, surface, texture, vec3,
+    INV_2PI, Real, Vec3, alpha_masks, atan2_turns, intersect, polar_half_turns, sin_cos_turns, surface, texture, vec3,
     warp,
 };
 

@@ -59,7 +59,12 @@ pub fn sample_light(lights: &LightTable, point: &SurfacePoint, draws: &LightDraw
     let (light, probability, word) = choose(lights, &receiver, draws.select);
     let u = draws.point.map(|u| u as Real);
     match light {
-        Light::Environment => sample_environment(lights, point, probability, [word, draws.fork()], u),
+        Light::Environment => {
+            let fork = draws.fork();
+            // Where there was something to choose, three bits of the word are spent: the fork's first three replace them.
+            let words = if lights.records.is_empty() { [word, fork] } else { [word | fork >> 29, fork << 3] };
+            sample_environment(lights, point, probability, words, u)
+        }
         Light::Emitter(emitter) => sample_emitter(lights, point, probability, emitter, u),
     }
 }

@@ -21,8 +21,10 @@ pub struct Receiver {
 /// The light that a selection word chooses for `receiver`, and the probability with which it does.
 pub fn choose_light(tree: &LightTree, receiver: &Receiver, word: u32) -> (u32, Real) {
     let mut u = unit(word) as Real;
-    // What the 24 bits of `u` leave of the word; the first choice makes room for it.
+    // What the 24 bits of `u` leave of the word; the first choice makes room for it. Later ones would run out of bits, and
+    // lights below many unlikely choices would never be drawn: there a generator continues the word.
     let mut rest = (word & 0xff) as Real * (1.0 / 4_294_967_296.0);
+    let mut bits = word;
     let mut probability = 1.0;
     let mut node = &tree.nodes[0];
     loop {
@@ -34,9 +36,13 @@ pub fn choose_light(tree: &LightTree, receiver: &Receiver, word: u32) -> (u32, R
             low += shares[column];
             column += 1;
         }
-        probability *= shares[column] / total;
-        u = below_one(((x - low) + rest * total) / shares[column]);
-        rest = 0.0;
+        let share = shares[column] / total;
+        probability *= share;
+        // Not from `x`, which has been rounded to steps coarser than those that `rest` fills.
+        let along = ((u - low / total) + rest) / share;
+        u = below_one(if along > 0.0 { along } else { 0.0 });
+        bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        rest = (bits >> 8) as Real * (1.0 / 281_474_976_710_656.0);
         let child = node.child[column];
         if child & LEAF != 0 {
             let light = child & !(LEAF | PAIR);

@@ -12,7 +12,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 use crate::tables::alpha_masks::AlphaMaskTable;
-use crate::tables::lights::alias::{AliasColumn, alias_table};
+use crate::tables::lights::alias::{AliasColumn, alias_table, factor_above, probabilities_by_word, whole_shares};
 use crate::tables::lights::emitters::Emitter;
 use crate::tables::lights::environment::{Distribution, Environment, EnvironmentMap};
 use crate::tables::lights::targets::Targets;
@@ -34,6 +34,10 @@ pub const MOST_HALF_ANGLE: f32 = 0.495;
 /// .. and where numerator or denominator of the tangent of half the solid angle is above this: where both vanish, the
 /// point lies on an edge, where the solid angle jumps between 0 and a hemisphere.
 pub const LEAST_TANGENT: f32 = 1e-2;
+
+/// Of n lamps, each has at least this probability over n under [`Lights::Power`]: a weak one that is alone in being seen
+/// is found by one light sample in so many. A little more than 1/16, which is promised: a table of 32 bits rounds.
+const LEAST_CHOICE: f64 = 1.0 / 15.0;
 
 /// One emissive triangle as light sampling and MIS see it: one cache line.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -90,11 +94,20 @@ pub enum Fixed {
     Single,
     /// All of so many alike.
     Uniform(u32),
-    /// By power.
+    /// By power, but none next to never.
     Alias(Vec<AliasColumn>),
 }
 
 impl Fixed {
+    /// The choice by power, where emitters get `to_emitters` of all light samples.
+    fn by_power(powers: &[f64], to_emitters: f64) -> Fixed {
+        let least = LEAST_CHOICE / powers.len() as f64 / to_emitters;
+        let factor = factor_above(|| powers.iter().map(|&power| (power, 1.0)), least);
+        let raised = |power: f64| if power > 0.0 { (power * factor).max(least) } else { 0.0 };
+        let weights: Vec<f64> = powers.iter().map(|&power| raised(power)).collect();
+        Fixed::Alias(alias_table(whole_shares(&weights, weights.iter().sum())))
+    }
+
     /// The emitter that a selection word chooses.
     #[inline]
     pub fn choose(&self, word: u32) -> u32 {
@@ -153,9 +166,7 @@ impl<'a> LightTable<'a> {
         };
         let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
         let tree = if lights == Lights::Tree { scene.light_tree(powers) } else { None };
-        let weights = if lights == Lights::Power { powers() } else { vec![1.0; count] };
-        let total: f64 = weights.iter().sum();
-        let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
+        let to_emitters = 1.0 - environment_probability as f64;
         let records = scene.emitters.iter().map(|emitter| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
@@ -168,7 +179,7 @@ impl<'a> LightTable<'a> {
         let selection = match (count, lights, tree) {
             (_, _, Some(tree)) => Selection::Tree(tree),
             (0 | 1, ..) => Selection::Fixed(Fixed::Single),
-            (_, Lights::Power, _) => Selection::Fixed(Fixed::Alias(alias_table(&weights, total))),
+            (_, Lights::Power, _) => Selection::Fixed(Fixed::by_power(&powers(), to_emitters)),
             (_, Lights::Uniform | Lights::Tree, _) => Selection::Fixed(Fixed::Uniform(count as u32)),
         };
         let environment = scene.environment.as_ref().map(|environment| match environment {
@@ -180,9 +191,14 @@ impl<'a> LightTable<'a> {
             targets: Targets::new(scene),
             textures: textures(scene),
             two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
-            probabilities: match selection {
-                Selection::Fixed(Fixed::Alias(_)) => (0..count).map(|i| probability(i) as f32).collect(),
-                _ => (0..count.min(1)).map(|i| probability(i) as f32).collect(),
+            probabilities: match &selection {
+                Selection::Fixed(Fixed::Alias(columns)) => {
+                    // Beside an environment the word's three top bits are used up, and it ends in as many zeros.
+                    let zeros = if environment.is_some() { 3 } else { 0 };
+                    let drawn = probabilities_by_word(columns, zeros);
+                    drawn.into_iter().map(|probability| (probability * to_emitters) as f32).collect()
+                }
+                _ => vec![(to_emitters / count as f64) as f32; count.min(1)],
             },
             selection,
             environment,
