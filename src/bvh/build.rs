@@ -76,6 +76,16 @@ impl Bvh {
         Self::build_with(positions, triangles, include, BuildOptions::for_scene(triangles.len()))
     }
 
+    /// [`Bvh::build`] where some triangles emit: what lies under a small lamp is tested with more care.
+    pub fn build_lit(
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        include: impl Fn(u32) -> bool,
+        emits: impl Fn(u32) -> bool,
+    ) -> Self {
+        Self::build_from(positions, triangles, include, emits, BuildOptions::for_scene(triangles.len()))
+    }
+
     /// [`Bvh::build`] with options of one's own.
     pub fn build_with(
         positions: &[[f32; 3]],
@@ -83,20 +93,31 @@ impl Bvh {
         include: impl Fn(u32) -> bool,
         options: BuildOptions,
     ) -> Self {
+        Self::build_from(positions, triangles, include, |_| false, options)
+    }
+
+    fn build_from(
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        include: impl Fn(u32) -> bool,
+        emits: impl Fn(u32) -> bool,
+        options: BuildOptions,
+    ) -> Self {
         let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
         let source = Self::source_tree(positions, triangles, include);
-        let classes = classify(&source, positions, triangles);
+        let classes = classify(&source, positions, triangles, emits);
         let precise = |id: u32| classes.get(id as usize).is_some_and(|class| class & PRECISE != 0);
         let wide = collapse::collapse(&source, options.leaf_size.clamp(1, LANES), vertices, precise);
         let extent = source.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());
         let bit = |lane: usize, id: u32| (precise(id) as u8) << lane;
         let lanes_of = |block: &LeafBlock| (0..LANES).map(|lane| bit(lane, block.ids[lane])).fold(0, |a, b| a | b);
-        let lanes = if classes.is_empty() { Vec::new() } else { wide.leaves.iter().map(lanes_of).collect() };
+        let any = classes.iter().any(|&class| class & PRECISE != 0);
+        let lanes = if !any { Vec::new() } else { wide.leaves.iter().map(lanes_of).collect() };
         let (mut nodes, mut leaves) = (Table::zeroed(wide.nodes.len()), Table::zeroed(wide.leaves.len()));
         nodes.rows_mut().copy_from_slice(&wide.nodes);
         leaves.rows_mut().copy_from_slice(&wide.leaves);
         let triangles = source.primitive_indices.len();
-        let flat = (triangles <= FLAT_SCENE && classes.is_empty()).then(|| {
+        let flat = (triangles <= FLAT_SCENE && lanes.is_empty()).then(|| {
             let mut ids = source.primitive_indices.clone();
             ids.sort_unstable_by(|a, b| b.cmp(a));
             Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>(), extent)

@@ -15,7 +15,7 @@ use std::collections::{HashMap, HashSet};
 
 /// The triangle is tested in f64.
 pub const PRECISE: u8 = 1 << 3;
-/// It is precise because something far smaller lies on it.
+/// Something far smaller lies on the triangle: points on it are where rays find them, not where barycentric weights say.
 pub const HUGE: u8 = 1 << 4;
 /// The edges that a precise triangle shares with a common one, a bit each: those opposite the first, second, third corner.
 pub const SHARED_EDGES: u8 = 0b111;
@@ -23,9 +23,14 @@ pub const SHARED_EDGES: u8 = 0b111;
 /// Triangles are slivers beyond this aspect (longest edge over height). Up to it the common test errs, along the normal, by
 /// less than 1e-4 of the height.
 const SLIVER_ASPECT: f64 = 64.0;
-/// A triangle is huge if an object (triangles that share corners) so many times smaller lies on it: rays that leave the huge
-/// one would start 1e-4 of a tenth of the object too high, and points where the object meets it would be as badly placed.
+/// A triangle is huge if an object (triangles that share corners) so many times smaller lies on it: barycentric weights would
+/// place points where the object meets it by 1e-4 of the object, enough to put some behind its walls.
 const HUGE_RATIO: f32 = 512.0;
+/// It is precise as well if a lamp so many times smaller lies on it: rays would start up to 1e-4 of a tenth of the lamp too
+/// high ..
+const PRECISE_LAMP_RATIO: f32 = 512.0;
+/// .. or any object so many times smaller: 1e-3 of it too high.
+const PRECISE_RATIO: f32 = 4096.0;
 /// What lies within this part of its longest edge from its box lies on a triangle.
 const ON_IT: f32 = 1.0 / 64.0;
 /// Half-ulps of the corners' distances by which the common test may move an edge, with a factor of 1.8 to spare.
@@ -34,8 +39,13 @@ const MOVED: f64 = 1.0 / (1 << 21) as f64;
 const LEAST_AREA: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// The class of every triangle: 0, or [`PRECISE`], [`HUGE`] and its [`SHARED_EDGES`]. Empty if all are common. `tree` holds
-/// those that are to be looked at.
-pub(super) fn classify(tree: &Bvh2, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
+/// those that are to be looked at; `emits`: they are lamps.
+pub(super) fn classify(
+    tree: &Bvh2,
+    positions: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    emits: impl Fn(u32) -> bool,
+) -> Vec<u8> {
     let ids = &tree.primitive_indices;
     let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
     let mut classes = Vec::new();
@@ -49,10 +59,16 @@ pub(super) fn classify(tree: &Bvh2, positions: &[[f32; 3]], triangles: &[[u32; 3
     let longest: Vec<f32> = ids.iter().map(|&id| longest_edge(vertices(id))).collect();
     let (least, most) = longest.iter().fold((f32::INFINITY, 0.0f32), |(a, b), &size| (a.min(size), b.max(size)));
     if most > HUGE_RATIO * least {
-        let smallest = smallest_below(tree, &object_sizes(ids, positions, triangles));
+        let objects = object_sizes(ids, positions, triangles);
+        let of_lamp = |(&id, &size): (&u32, &f32)| if emits(id) { size } else { f32::INFINITY };
+        let lamps: Vec<f32> = ids.iter().zip(&objects).map(of_lamp).collect();
+        let (objects, lamps) = (smallest_below(tree, &objects), smallest_below(tree, &lamps));
         for (&id, &size) in ids.iter().zip(&longest) {
-            if lies_on(tree, &smallest, bounds(vertices(id), size * ON_IT), size / HUGE_RATIO) {
-                mark(id, PRECISE | HUGE);
+            let place = bounds(vertices(id), size * ON_IT);
+            let carries = |smallest: &[f32], ratio: f32| lies_on(tree, smallest, place, size / ratio);
+            if carries(&objects, HUGE_RATIO) {
+                let precise = carries(&objects, PRECISE_RATIO) || carries(&lamps, PRECISE_LAMP_RATIO);
+                mark(id, if precise { PRECISE | HUGE } else { HUGE });
             }
         }
     }

@@ -2,7 +2,7 @@
 //! rays to start. What smooth surfaces need is compiled in by `DETAIL`: scenes without them do not pay for it.
 
 use crate::bvh::Bvh;
-use crate::bvh::precise::HUGE;
+use crate::bvh::precise::{HUGE, PRECISE};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::records::{CornerColumns, TriangleColumns};
 use crate::packet::texture::interpolate;
@@ -202,7 +202,9 @@ fn on_huge_triangles(
         for axis in 0..3 {
             position8[axis][lane] = point[axis];
         }
-        offset8[lane] = away;
+        if found.bvh.class(ids[lane]) & PRECISE != 0 {
+            offset8[lane] = away;
+        }
     }
     let [x, y, z] = position8.map(F32x8::from_array);
     (*position, *offset) = (Vec3x8::new(x, y, z), F32x8::from_array(offset8));

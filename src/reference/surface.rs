@@ -4,6 +4,7 @@ use super::precise::nearest_on_triangle;
 use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
+use crate::tables::margins::PRECISE_OFFSET;
 use crate::tables::triangles::TriangleRecord;
 
 /// Rounding moves a number by at most this fraction of it: 2^-24 in f32.
@@ -70,13 +71,13 @@ pub fn surface_point_on(
     let front = front_normal.dot(direction) < 0.0;
     let normal = if front { front_normal } else { -front_normal };
     let offset = triangle.offset as Real;
-    let (position, offset) = match found {
-        Some(found) => {
-            let position = nearest_on_triangle(triangle.vertices, found);
-            (position, front_normal.abs().dot(position.abs()) * (HUGE_HALF_ULPS * HALF_ULP))
+    let (mut position, mut offset) = point_and_offset(&triangle.vertices, weights, front_normal, offset);
+    if let Some(found) = found {
+        position = nearest_on_triangle(triangle.vertices, found);
+        if triangle.offset == PRECISE_OFFSET {
+            offset = front_normal.abs().dot(position.abs()) * (HUGE_HALF_ULPS * HALF_ULP);
         }
-        None => point_and_offset(&triangle.vertices, weights, front_normal, offset),
-    };
+    }
     let away = normal * offset;
     let mut point = SurfacePoint {
         position,

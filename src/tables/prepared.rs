@@ -87,7 +87,8 @@ impl PreparedScene {
         let mut emitters = emitter_table(&desc.materials, radiance_unit, &geometry, &degenerate);
         duplicates.light_both_sides(&mut emitters);
         let vertices: Vec<[u32; 3]> = geometry.triangles.iter().map(|t| t.vertices).collect();
-        let bvh = Bvh::build(&geometry.positions, &vertices, |id| !degenerate[id as usize]);
+        let emits = |id: u32| emitters.binary_search_by_key(&id, |emitter| emitter.triangle).is_ok();
+        let bvh = Bvh::build_lit(&geometry.positions, &vertices, |id| !degenerate[id as usize], emits);
         let emissive = emitters.iter().map(|e| e.triangle);
         let triangles = triangle_table(&geometry, &degenerate, &material_index, emissive, &bvh);
         let corners = corner_table(&desc.materials, &geometry, &triangles);
