@@ -7,12 +7,16 @@ pub mod api;
 pub mod bvh;
 #[path = "camera.rs"]
 pub mod camera;
+#[path = "check/mod.rs"]
+pub mod check;
 #[path = "clock.rs"]
 pub mod clock;
 #[path = "color.rs"]
 pub mod color;
 #[path = "error.rs"]
 pub mod error;
+#[path = "fault.rs"]
+pub mod fault;
 #[path = "film/mod.rs"]
 pub mod film;
 #[path = "fingerprint.rs"]

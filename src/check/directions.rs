@@ -1,0 +1,10 @@
+//! Directions: zeros, denormals, grazing, starts on edges and lights.
+
+use crate::check::item::Check;
+
+/// The checks.
+pub const CHECKS: &[Check] = &[];
+
+/// Which rows a planted fault must fail.
+#[cfg(test)]
+pub const FAULTS: &[(crate::fault::Fault, &[&str])] = &[];

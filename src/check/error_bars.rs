@@ -1,0 +1,10 @@
+//! Error bars: how often the truth lies within what is stated.
+
+use crate::check::item::Check;
+
+/// The checks.
+pub const CHECKS: &[Check] = &[];
+
+/// Which rows a planted fault must fail.
+#[cfg(test)]
+pub const FAULTS: &[(crate::fault::Fault, &[&str])] = &[];

@@ -1,0 +1,10 @@
+//! The film: many samples, large among small, variances.
+
+use crate::check::item::Check;
+
+/// The checks.
+pub const CHECKS: &[Check] = &[];
+
+/// Which rows a planted fault must fail.
+#[cfg(test)]
+pub const FAULTS: &[(crate::fault::Fault, &[&str])] = &[];

@@ -1,0 +1,10 @@
+//! Geometry: slivers, duplicates, huge beside tiny, closed meshes.
+
+use crate::check::item::Check;
+
+/// The checks.
+pub const CHECKS: &[Check] = &[];
+
+/// Which rows a planted fault must fail.
+#[cfg(test)]
+pub const FAULTS: &[(crate::fault::Fault, &[&str])] = &[];

@@ -1,0 +1,10 @@
+//! Scale and offset: a scene in other units or elsewhere is the same scene.
+
+use crate::check::item::Check;
+
+/// The checks.
+pub const CHECKS: &[Check] = &[];
+
+/// Which rows a planted fault must fail.
+#[cfg(test)]
+pub const FAULTS: &[(crate::fault::Fault, &[&str])] = &[];

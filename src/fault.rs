@@ -1,0 +1,47 @@
+//! Faults that tests plant, so that every row of `octray check` is known to fail when what it watches over is broken.
+//!
+//! **Law:** outside this library's own unit tests [`planted`] is the constant `false` and a hook costs nothing. In them it asks
+//! the thread it runs on, so that tests in other threads see no fault: whoever plants one renders on one thread.
+
+/// A fault that a hook in the code can commit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Multiple importance sampling takes each technique's density for the other's.
+    SwappedPdf,
+    /// The balance and power heuristics take the other technique's density twice.
+    DensityTwice,
+    /// Scalars alone: densities that are no numbers weigh 0, all others a little too much.
+    WeightOfNoNumber,
+}
+
+/// Whether `fault` is to be committed here.
+#[cfg(not(test))]
+#[inline(always)]
+pub const fn planted(_: Fault) -> bool {
+    false
+}
+
+/// Whether `fault` is to be committed here.
+#[cfg(test)]
+pub fn planted(fault: Fault) -> bool {
+    tests::PLANTED.get() == Some(fault)
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::Fault;
+    use std::cell::Cell;
+
+    thread_local! {
+        /// The fault of this thread.
+        pub static PLANTED: Cell<Option<Fault>> = const { Cell::new(None) };
+    }
+
+    /// What `work` comes to with `fault` planted.
+    pub fn with<T>(fault: Fault, work: impl FnOnce() -> T) -> T {
+        PLANTED.set(Some(fault));
+        let result = work();
+        PLANTED.set(None);
+        result
+    }
+}
