@@ -15,8 +15,11 @@ pub mod item;
 pub mod numbers;
 pub mod row;
 pub mod scenes;
+pub mod shots;
 pub mod suite;
 pub mod trial;
+pub mod truth;
+pub mod twin;
 
 pub mod camera;
 pub mod directions;

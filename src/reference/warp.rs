@@ -1,6 +1,7 @@
 //! From uniform numbers to directions and points; each `sample_x` with its density below it.
 
 use super::{INV_2PI, INV_PI, Real, Vec3, sin_cos_turns};
+use crate::fault::{Fault, planted};
 
 /// A direction about +z with density cos/pi: a disk lifted to the hemisphere (Malley's method; pbrt-v4 appendix A.5.3).
 pub fn sample_cosine_hemisphere(u: [Real; 2]) -> Vec3 {
@@ -11,7 +12,8 @@ pub fn sample_cosine_hemisphere(u: [Real; 2]) -> Vec3 {
 
 /// Density per steradian of [`sample_cosine_hemisphere`].
 pub fn cosine_hemisphere_pdf_dir(cosine: Real) -> Real {
-    cosine * INV_PI
+    let single = size_of::<Real>() == size_of::<f32>();
+    cosine * INV_PI * if single && planted(Fault::ScalarDensity) { 1.01 } else { 1.0 }
 }
 
 /// A direction about +z, uniform over the hemisphere (pbrt-v4 appendix A.5.2).
