@@ -5,6 +5,7 @@
 //! lens (pbrt-v4 section 5.2.3) is in focus where the pinhole's ray has the parameter `focus_distance`: a ray from lens
 //! point `o` goes to `direction * focus_distance - o`.
 
+use crate::fault::{Fault, planted};
 use crate::scene::desc::{CameraDesc, PixelFilter};
 use glam::DVec3;
 
@@ -64,6 +65,9 @@ impl Camera {
 fn axes(desc: &CameraDesc) -> [DVec3; 3] {
     if let Some(rows) = &desc.to_world {
         let column = |i: usize| DVec3::from(rows.map(|row| row[i]));
+        if planted(Fault::ScaledAxes) {
+            return [-column(2).normalize(), column(0), -column(1)];
+        }
         return [-column(2), column(0), -column(1)];
     }
     let forward = (DVec3::from(desc.look_at) - DVec3::from(desc.position)).normalize();

@@ -1,6 +1,7 @@
 //! The points that eight rays have hit: position, normals on the sides the rays came from, and safe places for the next
 //! rays to start. What smooth surfaces need is compiled in by `DETAIL`: scenes without them do not pay for it.
 
+use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::packet::records::{CornerColumns, TriangleColumns};
 use crate::packet::texture::interpolate;
@@ -159,6 +160,7 @@ pub fn point_and_offset(vertices: &[Vec3x8; 3], weights: [F32x8; 3], sliver: F32
     let [a, b, c] = *vertices;
     let position = a.scale(weights[0]) + b.scale(weights[1]) + c.scale(weights[2]);
     let size = a.abs().scale(weights[0]) + b.abs().scale(weights[1]) + c.abs().scale(weights[2]);
-    let size = (size.x + size.y + size.z) * F32x8::splat(OFFSET_HALF_ULPS);
+    let half_ulps = if planted(Fault::WrongOffset) { 0.0 } else { OFFSET_HALF_ULPS };
+    let size = (size.x + size.y + size.z) * F32x8::splat(half_ulps);
     (position, (size + sliver) * F32x8::splat(HALF_ULP))
 }

@@ -3,6 +3,7 @@
 use super::{Real, Vec3, vec3};
 use crate::bvh::Bvh;
 use crate::bvh::node::{Child, LeafBlock, Node};
+use crate::fault::{Fault, planted};
 
 /// A ray; a hit counts if `tmin < t <= tmax`.
 #[derive(Clone, Copy)]
@@ -168,7 +169,8 @@ impl ShearedRay {
             2
         };
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z], 1.0 / d[z]];
+        let wrong = if planted(Fault::WrongShear) { 1.001 } else { 1.0 };
+        let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z], wrong / d[z]];
         ShearedRay { origin: ray.origin.to_array(), axes, shear }
     }
 
@@ -187,7 +189,7 @@ impl ShearedRay {
         let w = b.x * a.y - b.y * a.x;
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
         let det = u + v + w;
-        if !inside || det == 0.0 {
+        if !inside || det == 0.0 || planted(Fault::ClosedEdges) && u * v * w == 0.0 {
             return None;
         }
         let t = (u * a.z + v * b.z + w * c.z) / det;

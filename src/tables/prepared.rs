@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use crate::bvh::Bvh;
 use crate::error::Result;
+use crate::fault::{Fault, planted};
 use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
 use crate::scene::validate;
 use crate::tables::alpha_masks::AlphaMaskTable;
@@ -84,6 +85,9 @@ impl PreparedScene {
         let alpha_masks = AlphaMaskTable::new(desc, &geometry);
         let features = Features::new(desc, &degenerate, &classes, &corners, !alpha_masks.is_empty());
         warnings.extend(emitter_facing::warnings(desc, &geometry, &emitters, &triangles, &bvh));
+        if planted(Fault::SilentLimits) {
+            warnings.clear();
+        }
         Ok(PreparedScene {
             name: desc.name.clone(),
             camera: desc.camera,

@@ -1,15 +1,20 @@
 //! Lamps over floors, whose light a closed form tells.
 
 use super::SceneMaker;
-use super::maker::Maker;
+use super::maker::{DARK, Maker};
 use crate::scene::SceneDesc;
+use crate::scene::desc::Scattering;
 
 /// The scenes.
-pub const SCENES: &[SceneMaker] = &[SceneMaker {
-    name: "lamp",
-    numbers: &["half the side", "height", "radiance", "albedo of the floor", "x of the place seen"],
-    make: lamp,
-}];
+pub const SCENES: &[SceneMaker] = &[
+    SceneMaker {
+        name: "lamp",
+        numbers: &["half the side", "height", "radiance", "albedo of the floor", "x of the place seen"],
+        make: lamp,
+    },
+    SceneMaker { name: "two_lamps", numbers: &["half the side of the small one", "its radiance"], make: two_lamps },
+    SceneMaker { name: "mirrored_lamp", numbers: &["half the side", "height"], make: mirrored_lamp },
+];
 
 /// A square lamp, level, over a floor of half-size 20, seen through a narrow view of the floor at (x, 0, 0).
 fn lamp(numbers: &[f64]) -> SceneDesc {
@@ -22,4 +27,36 @@ fn lamp(numbers: &[f64]) -> SceneDesc {
     // From between the two, straight down, so that nothing is in the way and the place is small.
     let eye = [x, 0.4 * height, 0.0];
     maker.seen(eye, [x, 0.0, 0.0], 1e-3)
+}
+
+/// A lamp of half the side 1 and radiance 1, 1 above a grey floor; half-way below its middle a small one. The floor is seen
+/// straight below both.
+fn two_lamps(numbers: &[f64]) -> SceneDesc {
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(0.5, 0.0);
+    let (large, small) = (maker.diffuse(0.0, 1.0), maker.diffuse(0.0, numbers[1]));
+    maker.level(0.0, [20.0; 2], false, floor);
+    maker.level(1.0, [1.0; 2], true, large);
+    maker.level(0.5, [numbers[0] as f32; 2], true, small);
+    maker.seen([0.0, 0.3, 0.0], [0.0; 3], 1e-3)
+}
+
+/// Where the middle of the lamp of `mirrored_lamp` is, and the middle of its image, along x.
+pub const MIRRORED: [f64; 2] = [0.25, 0.35];
+
+/// A lamp of radiance 1 over a grey floor, and beside it an endless mirror that stands on the floor: the place seen, at the
+/// origin, gets light from the lamp and from its image.
+fn mirrored_lamp(numbers: &[f64]) -> SceneDesc {
+    let [half, height] = [numbers[0] as f32, numbers[1] as f32];
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(0.5, 0.0);
+    let lamp = maker.diffuse(0.0, 1.0);
+    let mirror = maker.material(Scattering::Mirror { reflectance: [1.0; 3] }, DARK);
+    maker.level(0.0, [20.0; 2], false, floor);
+    let middle = MIRRORED[0] as f32;
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    maker.quad(corners.map(|[x, z]: [f32; 2]| [middle + x * half, height, z * half]), lamp);
+    let x = (0.5 * (MIRRORED[0] + MIRRORED[1])) as f32;
+    maker.quad([[x, 0.0, -20.0], [x, 0.0, 20.0], [x, 20.0, 20.0], [x, 20.0, -20.0]], mirror);
+    maker.seen([0.0, 0.4 * numbers[1], 0.0], [0.0; 3], 1e-3)
 }

@@ -1,6 +1,7 @@
 //! Environment maps: choose a direction, find the texel of a direction, and the density both ways.
 
 use super::{Real, Vec3, acos_half_turns, atan2_turns, sin_cos_turns};
+use crate::fault::{Fault, planted};
 use crate::tables::lights::environment::{Distribution, EnvironmentMap, Texel};
 
 /// Draws a direction by radiance: a texel, then a point uniform in its solid angle. The unit direction and the texel.
@@ -34,6 +35,7 @@ pub fn map_pdf_dir(distribution: &Distribution, texel: &Texel) -> Real {
 pub fn texel_index(map: &EnvironmentMap, direction: Vec3) -> usize {
     let (width, height) = (map.width as Real, map.height as Real);
     let turns = atan2_turns(-direction.x, direction.z) + map.turn as Real;
+    let turns = if planted(Fault::ShiftedLookup) { turns + 0.003 } else { turns };
     let turns = if turns < 1.0 { turns } else { turns - 1.0 };
     let column = ((turns * width) as u32).min(map.width - 1);
     // The arc cosine is right to a fraction of a row; the edges have the last word.
