@@ -60,8 +60,19 @@ pub enum Fault {
     ShiftedLookup,
     /// Pictures state a quarter of their error.
     SmallErrors,
+    /// In f32 alone the kernels of the reference are off by a thousandth.
+    LostDigits,
+    /// In f32 alone the scalar triangle test leaves out a twentieth along each edge.
+    SmallTriangles,
     /// A black environment map is taken for a light.
     BlackMapTaken,
+}
+
+/// What code that is compiled for f32 and f64 multiplies a value with, `epsilon` being its own: 1, unless
+/// [`Fault::LostDigits`] is planted.
+#[inline(always)]
+pub fn lost_digits(epsilon: f64) -> f64 {
+    if planted(Fault::LostDigits) && epsilon > 1e-10 { 1.001 } else { 1.0 }
 }
 
 /// Whether `fault` is to be committed here.

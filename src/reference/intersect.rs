@@ -3,7 +3,7 @@
 use super::{Real, Vec3, vec3};
 use crate::bvh::Bvh;
 use crate::bvh::node::{Child, LeafBlock, Node};
-use crate::fault::{Fault, planted};
+use crate::fault::{Fault, lost_digits, planted};
 
 /// A ray; a hit counts if `tmin < t <= tmax`.
 #[derive(Clone, Copy)]
@@ -189,11 +189,21 @@ impl ShearedRay {
         let w = b.x * a.y - b.y * a.x;
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
         let det = u + v + w;
+        let small = planted(Fault::SmallTriangles) && Real::EPSILON > 1e-10;
+        if small && (u / det < 0.05 || v / det < 0.05 || w / det < 0.05) {
+            return None;
+        }
         if !inside || det == 0.0 || planted(Fault::ClosedEdges) && u * v * w == 0.0 {
             return None;
         }
         let t = (u * a.z + v * b.z + w * c.z) / det;
-        (t > tmin && t <= tmax).then_some(Hit { t, triangle, u: v / det, v: w / det })
+        let t = t * lost_digits(Real::EPSILON as f64) as Real;
+        (t > tmin && t <= tmax).then_some(Hit {
+            t,
+            triangle,
+            u: v / det * lost_digits(Real::EPSILON as f64) as Real,
+            v: w / det,
+        })
     }
 
     /// The hits in a leaf block of `count` triangles.

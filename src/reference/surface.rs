@@ -2,7 +2,7 @@
 
 use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
-use crate::fault::{Fault, planted};
+use crate::fault::{Fault, lost_digits, planted};
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
 use crate::tables::triangles::TriangleRecord;
 
@@ -153,6 +153,7 @@ pub fn point_and_offset(vertices: &[[f32; 3]; 3], weights: [Real; 3], sliver: Re
     let [a, b, c] = vertices.map(vec3);
     let position = a * weights[0] + b * weights[1] + c * weights[2];
     let size = a.abs() * weights[0] + b.abs() * weights[1] + c.abs() * weights[2];
+    let position = position * lost_digits(Real::EPSILON as f64) as Real;
     let half_ulps = if planted(Fault::WrongOffset) { 0.0 } else { OFFSET_HALF_ULPS };
     (position, ((size.x + size.y + size.z) * half_ulps + sliver) * HALF_ULP)
 }

@@ -1,19 +1,20 @@
 //! From uniform numbers to directions and points; each `sample_x` with its density below it.
 
 use super::{INV_2PI, INV_PI, Real, Vec3, sin_cos_turns};
-use crate::fault::{Fault, planted};
+use crate::fault::{Fault, lost_digits, planted};
 
 /// A direction about +z with density cos/pi: a disk lifted to the hemisphere (Malley's method; pbrt-v4 appendix A.5.3).
 pub fn sample_cosine_hemisphere(u: [Real; 2]) -> Vec3 {
     let radius = u[0].sqrt();
     let (sine, cosine) = sin_cos_turns(u[1]);
     let z = (1.0 - u[0]).sqrt() * if planted(Fault::LongDirection) { 1.001 } else { 1.0 };
+    let z = z * lost_digits(Real::EPSILON as f64) as Real;
     Vec3::new(radius * cosine, radius * sine, z)
 }
 
 /// Density per steradian of [`sample_cosine_hemisphere`].
 pub fn cosine_hemisphere_pdf_dir(cosine: Real) -> Real {
-    cosine * INV_PI
+    cosine * INV_PI * lost_digits(Real::EPSILON as f64) as Real
 }
 
 /// A direction about +z, uniform over the hemisphere (pbrt-v4 appendix A.5.2).

@@ -2,6 +2,7 @@
 
 use super::SceneMaker;
 use super::maker::{DARK, Maker};
+use crate::check::numbers::Numbers;
 use crate::scene::SceneDesc;
 use crate::scene::desc::Scattering;
 
@@ -12,6 +13,7 @@ pub const SCENES: &[SceneMaker] = &[
         numbers: &["half the side", "height", "radiance", "albedo of the floor", "x of the place seen"],
         make: lamp,
     },
+    SceneMaker { name: "lamp_grid", numbers: &["lamps along a side"], make: lamp_grid },
     SceneMaker { name: "two_lamps", numbers: &["half the side of the small one", "its radiance"], make: two_lamps },
     SceneMaker { name: "mirrored_lamp", numbers: &["half the side", "height"], make: mirrored_lamp },
 ];
@@ -27,6 +29,24 @@ fn lamp(numbers: &[f64]) -> SceneDesc {
     // From between the two, straight down, so that nothing is in the way and the place is small.
     let eye = [x, 0.4 * height, 0.0];
     maker.seen(eye, [x, 0.0, 0.0], 1e-3)
+}
+
+/// A square grid of small lamps over a floor, at heights of 0.5 to 2 and of four decades of radiance; the floor's two triangles
+/// come first.
+fn lamp_grid(numbers: &[f64]) -> SceneDesc {
+    let side = numbers[0] as u32;
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(0.5, 0.0);
+    maker.level(0.0, [4.0; 2], false, floor);
+    let mut random = Numbers::new(side);
+    for i in 0..side * side {
+        let lamp = maker.diffuse(0.0, random.magnitude(-2.0, 2.0));
+        let at = |n: u32| 6.0 * (n as f32 + 0.5) / side as f32 - 3.0;
+        let (x, y, z, half) = (at(i % side), 0.5 + 1.5 * random.unit(), at(i / side), 0.02 + 0.1 * random.unit());
+        let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
+        maker.quad(corners.map(|[dx, dz]| [x + dx, y, z + dz]), lamp);
+    }
+    maker.seen([0.0, 0.4, 3.5], [0.0, 0.0, 0.0], 60.0)
 }
 
 /// A lamp of half the side 1 and radiance 1, 1 above a grey floor; half-way below its middle a small one. The floor is seen

@@ -1,7 +1,7 @@
 //! Microfacets and Fresnel's equations. Directions are local, +z is the surface normal.
 
 use super::{INV_PI, Real, Vec3, sin_cos_turns};
-use crate::fault::{Fault, planted};
+use crate::fault::{Fault, lost_digits, planted};
 
 /// Glossy surfaces scatter nothing that leaves or arrives flatter than this: below, the ratios of masking overflow.
 pub const MIN_COSINE: Real = 1e-6;
@@ -12,7 +12,7 @@ pub const MIN_COSINE: Real = 1e-6;
 pub fn ggx_d(alpha: Real, m: Vec3) -> Real {
     let (x, y) = (m.x / alpha, m.y / alpha);
     let s = x * x + y * y + m.z * m.z;
-    INV_PI / (alpha * alpha * (s * s))
+    INV_PI / (alpha * alpha * (s * s)) * lost_digits(Real::EPSILON as f64) as Real
 }
 
 /// sqrt(cos^2 + alpha^2 sin^2): Smith's masking is G1 = 2 cos / (cos + a) (Heitz 2014).
@@ -32,6 +32,7 @@ pub fn sample_visible_normal(alpha: Real, wo: Vec3, u: [Real; 2]) -> Vec3 {
     let radius = if rest > 0.0 { rest.sqrt() } else { 0.0 };
     let (sine, cosine) = sin_cos_turns(u[1]);
     let half = Vec3::new(radius * cosine, radius * sine, z) + stretched;
+    let alpha = alpha * lost_digits(Real::EPSILON as f64) as Real;
     let normal = Vec3::new(alpha * half.x, alpha * half.y, if half.z > 0.0 { half.z } else { 0.0 });
     let length_squared = normal.dot(normal);
     if length_squared > 0.0 { normal * (1.0 / length_squared.sqrt()) } else { Vec3::Z }

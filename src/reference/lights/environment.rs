@@ -1,7 +1,7 @@
 //! Environment maps: choose a direction, find the texel of a direction, and the density both ways.
 
 use super::{Real, Vec3, acos_half_turns, atan2_turns, sin_cos_turns};
-use crate::fault::{Fault, planted};
+use crate::fault::{Fault, lost_digits, planted};
 use crate::tables::lights::environment::{Distribution, EnvironmentMap, Texel};
 
 /// Draws a direction by radiance: a texel, then a point uniform in its solid angle. The unit direction and the texel.
@@ -20,7 +20,7 @@ pub fn sample_map(
     let (sine, cosine) = sin_cos_turns(if turns < 0.0 { turns + 1.0 } else { turns });
     // Down the row: equal steps of height are equal steps of area (Archimedes).
     let (top, bottom) = (map.row_edges[row as usize] as Real, map.row_edges[row as usize + 1] as Real);
-    let y = top - u[1] * (top - bottom);
+    let y = (top - u[1] * (top - bottom)) / lost_digits(Real::EPSILON as f64) as Real;
     let radius = ((1.0 - y) * (1.0 + y)).sqrt();
     (Vec3::new(-(radius * sine), y, radius * cosine), map.texels[index as usize])
 }
