@@ -24,7 +24,7 @@ fn lamp(numbers: &[f64]) -> SceneDesc {
     let mut maker = Maker::default();
     let floor = maker.diffuse(albedo, 0.0);
     let lamp = maker.diffuse(0.0, radiance);
-    maker.level(0.0, [20.0; 2], false, floor);
+    maker.ground(20.0, floor);
     maker.level(height as f32, [half as f32; 2], true, lamp);
     // From between the two, straight down, so that nothing is in the way and the place is small.
     let eye = [x, 0.4 * height, 0.0];
@@ -55,7 +55,7 @@ fn two_lamps(numbers: &[f64]) -> SceneDesc {
     let mut maker = Maker::default();
     let floor = maker.diffuse(0.5, 0.0);
     let (large, small) = (maker.diffuse(0.0, 1.0), maker.diffuse(0.0, numbers[1]));
-    maker.level(0.0, [20.0; 2], false, floor);
+    maker.ground(20.0, floor);
     maker.level(1.0, [1.0; 2], true, large);
     maker.level(0.5, [numbers[0] as f32; 2], true, small);
     maker.seen([0.0, 0.3, 0.0], [0.0; 3], 1e-3)
@@ -72,7 +72,7 @@ fn mirrored_lamp(numbers: &[f64]) -> SceneDesc {
     let floor = maker.diffuse(0.5, 0.0);
     let lamp = maker.diffuse(0.0, 1.0);
     let mirror = maker.material(Scattering::Mirror { reflectance: [1.0; 3] }, DARK);
-    maker.level(0.0, [20.0; 2], false, floor);
+    maker.ground(20.0, floor);
     let middle = MIRRORED[0] as f32;
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     maker.quad(corners.map(|[x, z]: [f32; 2]| [middle + x * half, height, z * half]), lamp);
