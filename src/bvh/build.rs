@@ -3,6 +3,7 @@
 use crate::bvh::collapse;
 use crate::bvh::huge::Table;
 use crate::bvh::node::{Child, LeafBlock, NO_TRIANGLE, Node, Tables};
+use crate::bvh::precise::{HUGE, PRECISE, classify};
 use crate::bvh::sah;
 use crate::bvh::sah::PrimBox;
 use crate::bvh::walk_flat::Flat;
@@ -19,6 +20,8 @@ pub struct Bvh {
     extent: f32,
     /// Of the smallest scenes only.
     flat: Option<Flat>,
+    /// By triangle id; empty if all are common.
+    classes: Vec<u8>,
 }
 
 /// How to build.
@@ -80,19 +83,21 @@ impl Bvh {
     ) -> Self {
         let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
         let source = Self::source_tree(positions, triangles, include);
-        let wide = collapse::collapse(&source, options.leaf_size.clamp(1, LANES), vertices);
+        let classes = classify(&source, triangles.len(), vertices);
+        let precise = |id: u32| classes.get(id as usize).is_some_and(|class| class & PRECISE != 0);
+        let wide = collapse::collapse(&source, options.leaf_size.clamp(1, LANES), vertices, precise);
         let extent = source.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());
         let (mut nodes, mut leaves) = (Table::zeroed(wide.nodes.len()), Table::zeroed(wide.leaves.len()));
         nodes.rows_mut().copy_from_slice(&wide.nodes);
         leaves.rows_mut().copy_from_slice(&wide.leaves);
         let triangles = source.primitive_indices.len();
-        let flat = (triangles <= FLAT_SCENE).then(|| {
+        let flat = (triangles <= FLAT_SCENE && classes.is_empty()).then(|| {
             let mut ids = source.primitive_indices.clone();
             ids.sort_unstable_by(|a, b| b.cmp(a));
-            Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>())
+            Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>(), extent)
         });
         let flat = flat.flatten();
-        Self { nodes, leaves, triangles, depth: wide.depth, extent, flat }
+        Self { nodes, leaves, triangles, depth: wide.depth, extent, flat, classes }
     }
 
     /// The binary tree that [`Bvh::build`] collapses, one triangle a leaf.
@@ -133,9 +138,20 @@ impl Bvh {
     pub fn extent(&self) -> f32 {
         self.extent
     }
+    /// The class of a triangle ([`crate::bvh::precise`]); 0 for most.
+    #[inline]
+    pub fn class(&self, id: u32) -> u8 {
+        self.classes.get(id as usize).copied().unwrap_or(0)
+    }
+    /// How many triangles are tested in f64, and how many of them because something far smaller lies on them.
+    pub fn precise_triangles(&self) -> (usize, usize) {
+        let of = |bit: u8| self.classes.iter().filter(|&class| class & bit != 0).count();
+        (of(PRECISE), of(HUGE))
+    }
     /// The tables' names and sizes in bytes.
     pub fn tables(&self) -> Vec<(&'static str, usize)> {
         let mut tables = vec![("bvh nodes", self.nodes.bytes()), ("bvh leaves", self.leaves.bytes())];
+        tables.push(("bvh triangle classes", self.classes.len()));
         tables.extend(self.flat.as_ref().map(|flat| ("bvh list", flat.bytes())));
         tables
     }
@@ -145,7 +161,7 @@ impl Bvh {
     }
     #[inline(always)]
     pub(super) fn walk_tables(&self) -> Tables<'_> {
-        Tables { nodes: self.nodes(), leaves: self.leaves(), extent: self.extent }
+        Tables { nodes: self.nodes(), leaves: self.leaves(), classes: &self.classes, extent: self.extent }
     }
 
     /// Checks every promise of the tables: each node and block has one parent, boxes hold what is below them, ids ascend,

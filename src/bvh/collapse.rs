@@ -40,8 +40,13 @@ pub(super) struct Wide {
 }
 
 /// Collapses `tree`, whose parents must come before their children and whose leaves hold up to `leaf_size` triangles.
-/// `vertices` gives a triangle's corners.
-pub(super) fn collapse(tree: &Bvh2, leaf_size: usize, vertices: impl Fn(u32) -> [[f32; 3]; 3]) -> Wide {
+/// `vertices` gives a triangle's corners, `precise` says which are tested in f64.
+pub(super) fn collapse(
+    tree: &Bvh2,
+    leaf_size: usize,
+    vertices: impl Fn(u32) -> [[f32; 3]; 3],
+    precise: impl Fn(u32) -> bool,
+) -> Wide {
     let mut wide = Wide { nodes: vec![Node::EMPTY], leaves: vec![], depth: 1 };
     if tree.nodes.is_empty() {
         wide.leaves.push(LeafBlock::EMPTY);
@@ -70,7 +75,7 @@ pub(super) fn collapse(tree: &Bvh2, leaf_size: usize, vertices: impl Fn(u32) -> 
             }
             if plans[child].leaf {
                 triangles_below(tree, child, &mut ids);
-                node.children[slot] = leaf_word(wide.leaves.len(), ids.len());
+                node.children[slot] = leaf_word(wide.leaves.len(), ids.len(), ids.iter().any(|&id| precise(id)));
                 wide.leaves.push(leaf_block(&ids, &vertices));
             } else {
                 node.children[slot] = (first_inner + inner) as u32;

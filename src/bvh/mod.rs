@@ -4,11 +4,13 @@
 //! equal `t`. Tree shape, visiting order, packet width and the kind of walk never change a bit of it. Boxes are tested
 //! conservatively, triangles watertightly. Nothing here knows of materials or radiance.
 
+mod aim;
 mod boxes;
 mod build;
 mod collapse;
 mod huge;
 pub mod node;
+pub mod precise;
 mod prefetch;
 mod query;
 pub mod ray;
@@ -20,6 +22,7 @@ mod walk_packet;
 mod walk_single;
 mod walk_stream;
 
+pub use aim::aim;
 pub use build::{BuildOptions, Bvh};
-pub use query::{RayKind, Scratch, Walk};
+pub use query::{RayKind, Scratch, Segments, Walk};
 pub use ray::{HitPacket, HitQueue, RayPacket, RayQueue, WalkCounters};

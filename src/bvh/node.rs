@@ -12,6 +12,8 @@ pub const NO_TRIANGLE: u32 = u32::MAX;
 /// Set in the word of a child that is a leaf.
 pub(super) const LEAF_BIT: u32 = 1 << 31;
 const BLOCK_BITS: u32 = 28;
+/// Set in the word of a leaf of which some triangle is precise.
+const PRECISE_BIT: u32 = 1 << 27;
 
 /// Eight child boxes and where the children are. Children fill the slots from 0 on, the largest box first; slots beyond
 /// hold boxes that no ray hits (`min = +inf`, `max = -inf`).
@@ -20,7 +22,7 @@ const BLOCK_BITS: u32 = 28;
 pub struct Node {
     /// `[axis][0 for min, 1 for max][child]`, scene units.
     pub bounds: [[[f32; LANES]; 2]; 3],
-    /// A child in a word: a node's index, or `LEAF_BIT | (triangles - 1) << 28 | block`. In empty slots the word of a leaf
+    /// A child in a word: a node's index, or `LEAF_BIT | (triangles - 1) << 28 | PRECISE_BIT | block`. In empty slots the word of a leaf
     /// that exists, so that a walk led there by a ray of NaNs only wastes its time.
     pub(super) children: [u32; LANES],
     /// How many slots are filled.
@@ -78,6 +80,11 @@ impl Node {
 }
 
 impl LeafBlock {
+    /// The corners of the triangle in a lane.
+    #[inline]
+    pub fn corners(&self, lane: usize) -> [[f32; 3]; 3] {
+        self.vertices.map(|axes| axes.map(|values| values[lane]))
+    }
     /// A block without triangles.
     pub(super) const EMPTY: Self = Self { vertices: [[[f32::NAN; LANES]; 3]; 3], ids: [NO_TRIANGLE; LANES] };
 }
@@ -91,7 +98,13 @@ pub(super) fn is_leaf(word: u32) -> bool {
 /// The leaf block a child's word leads to.
 #[inline(always)]
 pub(super) fn block_of(word: u32) -> usize {
-    (word & ((1 << BLOCK_BITS) - 1)) as usize
+    (word & (PRECISE_BIT - 1)) as usize
+}
+
+/// Whether the leaf of a child's word holds a triangle that is tested in f64.
+#[inline(always)]
+pub(super) fn holds_precise(word: u32) -> bool {
+    word & PRECISE_BIT != 0
 }
 
 /// How many triangles the leaf of a child's word holds.
@@ -100,10 +113,12 @@ pub(super) fn triangles_in(word: u32) -> usize {
     (word >> BLOCK_BITS & 7) as usize + 1
 }
 
-/// The word of a leaf child.
-pub(super) fn leaf_word(block: usize, triangles: usize) -> u32 {
-    assert!(block < 1 << BLOCK_BITS && (1..=LANES).contains(&triangles), "leaf block {block} of {triangles} triangles");
-    LEAF_BIT | (triangles as u32 - 1) << BLOCK_BITS | block as u32
+/// The word of a leaf child; `precise`: it holds a triangle that is tested in f64.
+pub(super) fn leaf_word(block: usize, triangles: usize, precise: bool) -> u32 {
+    assert!(block < PRECISE_BIT as usize, "leaf block {block}");
+    assert!((1..=LANES).contains(&triangles), "a leaf of {triangles} triangles");
+    let precise = if precise { PRECISE_BIT } else { 0 };
+    LEAF_BIT | (triangles as u32 - 1) << BLOCK_BITS | precise | block as u32
 }
 
 const _: () = assert!(size_of::<Node>() == 256 && size_of::<LeafBlock>() == 320);
@@ -113,6 +128,8 @@ const _: () = assert!(size_of::<Node>() == 256 && size_of::<LeafBlock>() == 320)
 pub(super) struct Tables<'a> {
     pub(super) nodes: &'a [Node],
     pub(super) leaves: &'a [LeafBlock],
+    /// Classes of triangles ([`crate::bvh::precise`]); empty if all are common.
+    pub(super) classes: &'a [u8],
     /// The largest |coordinate|.
     pub(super) extent: f32,
 }

@@ -8,7 +8,7 @@ use crate::bvh::walk_packet::PacketStack;
 use crate::bvh::walk_single;
 use crate::bvh::walk_single::Stack;
 use crate::bvh::walk_stream::{CHUNK, Stream};
-use crate::lanes::{F32x8, LANES, Mask8};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 use std::cell::RefCell;
 use std::ops::Range;
 
@@ -52,6 +52,37 @@ impl Scratch {
     }
 }
 
+/// Segments that anything may block, and per ray the triangle it aims at: at the very end of the ray, `tmax`, only triangles
+/// of lower ids block it.
+#[derive(Clone, Copy)]
+pub struct Segments<'a> {
+    rays: &'a RayQueue,
+    before: Option<&'a [u32]>,
+}
+
+/// Above all ids, also as a signed number.
+const ANY_ID: u32 = i32::MAX as u32;
+
+impl<'a> From<&'a RayQueue> for Segments<'a> {
+    /// Whatever is hit up to `tmax`, that included, blocks.
+    fn from(rays: &'a RayQueue) -> Self {
+        Segments { rays, before: None }
+    }
+}
+
+impl<'a> Segments<'a> {
+    /// Row by row, the triangles that `rays` aim at; padded as the rays are.
+    pub fn aimed(rays: &'a RayQueue, before: &'a [u32]) -> Self {
+        Segments { rays, before: Some(before) }
+    }
+    fn before(&self, row: usize) -> u32 {
+        self.before.map_or(ANY_ID, |before| before[row])
+    }
+    fn before8(&self, first: usize) -> U32x8 {
+        self.before.map_or(U32x8::splat(ANY_ID), |before| U32x8::load(before, first))
+    }
+}
+
 /// Up to this many scattered rays are followed one after the other.
 const FEW: usize = 4;
 /// Rays by which it is found out whether packets stay together.
@@ -79,7 +110,15 @@ impl Bvh {
     pub fn occluded(&self, rays: &RayPacket, active: Mask8) -> Mask8 {
         SCRATCH.with_borrow_mut(|scratch| {
             scratch.reserve(self);
-            walk_packet::any(self.walk_tables(), rays, active, &mut scratch.packet, &mut WalkCounters::default())
+            let packet = &mut scratch.packet;
+            walk_packet::any(
+                self.walk_tables(),
+                rays,
+                U32x8::splat(ANY_ID),
+                active,
+                packet,
+                &mut WalkCounters::default(),
+            )
         })
     }
 
@@ -103,15 +142,16 @@ impl Bvh {
 
     /// Which of the rays `range` of a queue hit anything: one byte per block of eight rays, a bit per lane, at
     /// `blocked[row / 8]`, which grows as needed. `range` begins at a multiple of 8.
-    pub fn occluded_queue(
+    pub fn occluded_queue<'a>(
         &self,
         kind: RayKind,
-        rays: &RayQueue,
+        rays: impl Into<Segments<'a>>,
         range: Range<usize>,
         blocked: &mut Vec<u8>,
         scratch: &mut Scratch,
         counters: &mut WalkCounters,
     ) {
+        let rays = rays.into();
         let (walk, range) = self.probe(kind, range, ANY_TOGETHER, counters, |walk, range, counters| {
             self.occluded_by(walk, rays, range, blocked, scratch, counters);
         });
@@ -229,7 +269,7 @@ impl Bvh {
             Walk::Stream => {
                 for chunk in range.clone().step_by(CHUNK) {
                     let count = (range.end - chunk).min(CHUNK);
-                    self.stream_chunk::<false>(rays, chunk, count, &mut scratch.stream);
+                    self.stream_chunk::<false>(rays.into(), chunk, count, &mut scratch.stream);
                     for first in (0..count).step_by(LANES) {
                         hits.set_packet(chunk + first, &scratch.stream.hits(first));
                     }
@@ -248,16 +288,25 @@ impl Bvh {
         }
     }
 
+    /// Whether anything but `passed` blocks the ray of one row before its end.
+    pub fn occluded_but(&self, rays: &RayQueue, row: usize, passed: &[u32], scratch: &mut Scratch) -> bool {
+        scratch.reserve(self);
+        let stack = &mut scratch.single;
+        walk_single::any_where(self.walk_tables(), &rays.ray(row), ANY_ID, stack, |id| !passed.contains(&id))
+    }
+
     /// [`Bvh::occluded_queue`] by a walk of one's choice.
-    pub fn occluded_by(
+    pub fn occluded_by<'a>(
         &self,
         walk: Walk,
-        rays: &RayQueue,
+        rays: impl Into<Segments<'a>>,
         range: Range<usize>,
         blocked: &mut Vec<u8>,
         scratch: &mut Scratch,
         counters: &mut WalkCounters,
     ) {
+        let segments = rays.into();
+        let rays = segments.rays;
         assert!(range.start.is_multiple_of(LANES), "a range of rays begins at a multiple of 8");
         scratch.reserve(self);
         counters.rays += range.len() as u64;
@@ -267,7 +316,7 @@ impl Bvh {
         if walk == Walk::Stream {
             for chunk in range.clone().step_by(CHUNK) {
                 let count = (range.end - chunk).min(CHUNK);
-                self.stream_chunk::<true>(rays, chunk, count, &mut scratch.stream);
+                self.stream_chunk::<true>(segments, chunk, count, &mut scratch.stream);
                 for first in (0..count).step_by(LANES) {
                     let lanes = Mask8::first((count - first).min(LANES)).bits();
                     blocked[(chunk + first) / LANES] = scratch.stream.blocked(first) & lanes;
@@ -281,28 +330,33 @@ impl Bvh {
             blocked[first / LANES] = match walk {
                 Walk::Single => {
                     let tables = self.walk_tables();
-                    let is_blocked =
-                        |lane: usize| walk_single::any(tables, &rays.ray(first + lane), &mut scratch.single) as u8;
+                    let is_blocked = |lane: usize| {
+                        let (ray, before) = (rays.ray(first + lane), segments.before(first + lane));
+                        walk_single::any(tables, &ray, before, &mut scratch.single) as u8
+                    };
                     (0..lanes).map(is_blocked).enumerate().fold(0, |bits, (lane, bit)| bits | bit << lane)
                 }
                 Walk::Flat if self.flat().is_some() => {
                     let flat = self.flat().expect("just seen");
                     let (packet, active) = (rays.packet(first), Mask8::first(lanes));
-                    walk_flat::any(flat, self.extent(), &packet, active, &mut corners, counters).bits()
+                    let aimed = (&packet, segments.before8(first));
+                    walk_flat::any(flat, self.extent(), aimed, active, &mut corners, counters).bits()
                 }
                 Walk::Packet | Walk::Stream | Walk::Flat => {
                     let (packet, active) = (rays.packet(first), Mask8::first(lanes));
-                    walk_packet::any(self.walk_tables(), &packet, active, &mut scratch.packet, counters).bits()
+                    let (before, stack) = (segments.before8(first), &mut scratch.packet);
+                    walk_packet::any(self.walk_tables(), &packet, before, active, stack, counters).bits()
                 }
             };
         }
     }
 
-    fn stream_chunk<const ANY: bool>(&self, rays: &RayQueue, chunk: usize, count: usize, stream: &mut Stream) {
+    fn stream_chunk<const ANY: bool>(&self, segments: Segments, chunk: usize, count: usize, stream: &mut Stream) {
+        let rays = segments.rays;
         for first in (0..count).step_by(LANES) {
-            stream.set_packet(first, &rays.packet(chunk + first), self.extent());
+            stream.set_packet(first, &rays.packet(chunk + first), segments.before8(chunk + first), self.extent());
         }
-        stream.walk::<ANY>(self.walk_tables(), count);
+        stream.walk::<ANY>(self.walk_tables(), count, |row| rays.ray(chunk + row));
     }
 }
 

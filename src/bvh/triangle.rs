@@ -14,7 +14,8 @@
 //! det = (U + V) + W
 //! T = (U * Az + V * Bz) + W * Cz
 //! t = T / det, u = V / det, v = W / det
-//! hit: (U, V, W all >= 0, or all <= 0) and (det < 0 or det > 0) and t > tmin and t <= tmax
+//! hit: (U, V, W all >= 0, or all <= 0) and (det < 0 or det > 0) and t > tmin and t <= tmax,
+//!      decided in f64 where |det| < 2^-7 m m, m the largest of |Ax|, |Ay|, |Bx|, |By|, |Cx|, |Cy|
 //! ```
 //!
 //! Every comparison is false for NaN. An edge function of 0 counts as inside: neighbours compute it from the same numbers,
@@ -22,13 +23,15 @@
 //! The swap for negative `d[kz]` in the paper only negates U, V and W. Its second computation in f64 is not needed: none of
 //! 2.7 M rays aimed at vertices and edges leaked without.
 //!
-//! Limit: for a ray that lies in a triangle's plane to the last bits of origin *and* direction, all three edge functions
-//! are rounding noise; `t` is then only known to lie between the corners along the dominant axis. Such a "hit" beside the
-//! triangle is taken or not as boxes around it let the ray in, so every walk tests a ray against the box of a leaf before
-//! its triangles. Slivers widen "to the last bits" by their aspect; rays exactly in an axis-parallel plane are not
-//! concerned: their determinant is 0.
+//! Near an edge rounding may move the projected corners by a few half-ulps of their distances, for all triangles of a corner
+//! alike. Seen nearly edge-on, it may do more: `t` then lies between those of the corners, but the ray may pass them by. So
+//! where `det` is below 2^-7 of the largest squared |x| or |y| of the sheared corners, the ray counts as one seen edge-on, and
+//! [`crate::bvh::precise`] decides. Above that, the point of the ray at `t` is less than 2^-12 of the triangle's size away from
+//! the triangle (the identity `U A + V B + W C = 0` holds up to the rounding of U, V and W: 9 x 2^-24 x 2^7 of it); boxes
+//! around triangles are that much larger, so no box is ever missed that holds a hit.
 
 use crate::bvh::node::LeafBlock;
+use crate::bvh::precise::PreciseHit;
 use crate::bvh::ray::{HitPacket, NO_HIT};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 
@@ -40,6 +43,39 @@ pub(super) struct Edges {
     pub(super) det: F32x8,
     pub(super) t_scaled: F32x8,
     pub(super) inside: Mask8,
+    u: F32x8,
+    corners: [[F32x8; 3]; 3],
+}
+
+/// The part of the corners' squared distances below which a projected triangle is seen edge-on.
+pub(super) const EDGE_ON: f32 = 1.0 / 128.0;
+
+impl Edges {
+    /// Rays that see the triangle so nearly edge-on that this test is too coarse; asked for where it is hit.
+    #[inline(always)]
+    pub(super) fn edge_on(&self) -> Mask8 {
+        let [a, b, c] = self.corners.map(|[x, y, _]| x.abs().max(y.abs()));
+        let size = a.max(b).max(c);
+        self.det.abs().lt(F32x8::splat(EDGE_ON) * (size * size))
+    }
+
+    /// Rays that may hit the triangle if its corners lie up to `moved` elsewhere: no precise hit is among the others.
+    #[inline(always)]
+    pub(super) fn near(&self, moved: F32x8) -> Mask8 {
+        let [a, b, c] = self.corners.map(|[x, y, _]| x.abs() + y.abs());
+        let least = self.u.min(self.v).min(self.w);
+        let most = self.u.max(self.v).max(self.w);
+        // Not `ge`: what overflowed to NaN is near.
+        !least.max(-most).lt(-(moved * (a + b + c)))
+    }
+}
+
+/// How far rounding and a precise test's shared edges may move corners, for rays from `origin` in a scene that reaches to
+/// `extent`: 16 half-ulps of their distances.
+#[inline(always)]
+pub(super) fn most_moved(origin: [f32; 3], extent: f32) -> f32 {
+    let [x, y, z] = origin.map(f32::abs);
+    (crate::math::max(crate::math::max(x, y), z) + extent) * (1.0 / (1 << 19) as f32)
 }
 
 /// A corner, relative to the origin and as `[kx, ky, kz]`, in the ray's sheared space.
@@ -62,7 +98,7 @@ pub(super) fn edges([a, b, c]: [[F32x8; 3]; 3]) -> Edges {
     // So it does if an edge is NaN, whatever min and max make of that; +-0 is the same to the comparisons.
     let zero = F32x8::ZERO;
     let inside = u.min(v).min(w).ge(zero) | u.max(v).max(w).le(zero);
-    Edges { v, w, det, t_scaled, inside }
+    Edges { v, w, det, t_scaled, inside, u, corners: [a, b, c] }
 }
 
 /// The index of the largest of three magnitudes, the lowest on ties; 2 if they are NaN.
@@ -199,6 +235,26 @@ impl Best {
         self.v = take.select(edges.v, self.v);
         self.w = take.select(edges.w, self.w);
         self.det = take.select(edges.det, self.det);
+    }
+
+    /// Takes a hit in f64 on triangle `id` for the ray of lane `lane`, as [`Best::update`] does.
+    #[cold]
+    pub(super) fn update_lane(&mut self, lane: usize, hit: PreciseHit, id: u32, tmin: f32) {
+        let (best, triangle) = (self.t.to_array()[lane], self.triangle.to_array()[lane]);
+        if hit.t > tmin && (hit.t < best || (hit.t == best && id < triangle)) {
+            let set = |column: &mut F32x8, value: f32| {
+                let mut lanes = column.to_array();
+                lanes[lane] = value;
+                *column = F32x8::from_array(lanes);
+            };
+            set(&mut self.t, hit.t);
+            set(&mut self.v, hit.u);
+            set(&mut self.w, hit.v);
+            set(&mut self.det, 1.0);
+            let mut ids = self.triangle.to_array();
+            ids[lane] = id;
+            self.triangle = U32x8::from_array(ids);
+        }
     }
 
     /// The finished hits; `u` and `v` are 0 where nothing is hit.

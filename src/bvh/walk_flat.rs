@@ -9,9 +9,11 @@
 //! - whether a triangle is hit is not asked by a branch, which would be mispredicted half the time (17 to 25 %).
 
 use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
+use crate::bvh::precise::{PreciseHit, PreciseRay, SHARED_EDGES};
 use crate::bvh::ray::{HitPacket, RayPacket, WalkCounters};
-use crate::bvh::triangle::{Best, dominant_axis8, edges, sheared};
-use crate::lanes::{F32x8, LANES, Mask8, U32x8};
+use crate::bvh::sah::HIT_MARGIN;
+use crate::bvh::triangle::{Best, EDGE_ON, Edges, dominant_axis8, edges, sheared};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
 /// The most corners in a leaf.
 const CORNERS: usize = 32;
@@ -42,6 +44,8 @@ struct Leaf {
 struct Triangle {
     id: u32,
     corners: [u8; 3],
+    /// Where `det` is not below this no ray that hits the triangle sees it edge-on.
+    edge_on: f32,
 }
 
 /// The triangles of a small scene, in leaves.
@@ -60,12 +64,24 @@ type Vertices = [[f32; 3]; 3];
 struct Group {
     corners: Vec<[f32; 3]>,
     triangles: Vec<Triangle>,
+    /// That of the largest triangle.
+    size: f32,
+}
+
+/// The longest side of a triangle's box.
+fn size_of_triangle(vertices: Vertices) -> f32 {
+    let side = |axis: usize| {
+        let [a, b, c] = vertices.map(|vertex| vertex[axis]);
+        a.max(b).max(c) - a.min(b).min(c)
+    };
+    side(0).max(side(1)).max(side(2))
 }
 
 impl Group {
     /// Adds a triangle unless it has too many new corners.
     fn add(&mut self, id: u32, vertices: Vertices) -> bool {
         let before = self.corners.len();
+        self.size = self.size.max(size_of_triangle(vertices));
         let corners = vertices.map(|vertex| {
             let known = self.corners.iter().position(|corner| corner.map(f32::to_bits) == vertex.map(f32::to_bits));
             known.unwrap_or_else(|| {
@@ -77,7 +93,7 @@ impl Group {
             self.corners.truncate(before);
             return false;
         }
-        self.triangles.push(Triangle { id, corners: corners.map(|corner| corner as u8) });
+        self.triangles.push(Triangle { id, corners: corners.map(|corner| corner as u8), edge_on: 0.0 });
         true
     }
 
@@ -85,8 +101,24 @@ impl Group {
         std::array::from_fn(|axis| {
             let along =
                 |fold: fn(f32, f32) -> f32, from| self.corners.iter().map(|corner| corner[axis]).fold(from, fold);
-            [along(f32::min, f32::INFINITY), along(f32::max, f32::NEG_INFINITY)]
+            let (low, high) = (along(f32::min, f32::INFINITY), along(f32::max, f32::NEG_INFINITY));
+            let margin = self.size * HIT_MARGIN;
+            [low - margin, high + margin]
         })
+    }
+
+    /// Finds out for its triangles what `det` is too small, in a scene that reaches to `extent`.
+    ///
+    /// A ray inside has sheared corners no farther off than twice the triangle's size, so the test of the triangle itself,
+    /// which looks at the corners, is asked only below the square of that. What may look inside far beside a small triangle,
+    /// by rounding alone, has a `det` of at most 16 half-ulps of the scene times the size of the leaf.
+    fn set_edge_on(&mut self, extent: f32) {
+        let size = self.bounds().map(|[min, max]| max - min).into_iter().fold(0.0, f32::max);
+        let noise = extent * size * (1.0 / (1 << 17) as f32);
+        for triangle in &mut self.triangles {
+            let size = size_of_triangle(triangle.corners.map(|corner| self.corners[corner as usize]));
+            triangle.edge_on = (size * size * (4.1 * EDGE_ON)).max(noise);
+        }
     }
 
     /// What eight unrelated rays spend on it in a scene of half surface `scene`.
@@ -105,7 +137,7 @@ fn half_area(bounds: [[f32; 2]; 3]) -> f32 {
 impl Flat {
     /// The list of `triangles`, ids descending, if eight unrelated rays get through it in less than [`MOST_COST`]. Leaves are runs of ids, files being written object by object; where one
     /// ends and the next begins is chosen by dynamic programming.
-    pub(super) fn new(triangles: &[(u32, Vertices)]) -> Option<Self> {
+    pub(super) fn new(triangles: &[(u32, Vertices)], extent: f32) -> Option<Self> {
         let mut all = Group::default();
         all.corners.extend(triangles.iter().flat_map(|triangle| triangle.1));
         let scene = half_area(all.bounds()).max(f32::MIN_POSITIVE);
@@ -135,6 +167,7 @@ impl Flat {
                 group.add(id, vertices);
             }
             first = best[first].1;
+            group.set_edge_on(extent);
             let [[x0, x1], [y0, y1], [z0, z1]] = group.bounds();
             let (corners, triangles) = (flat.corners.len() as u32, flat.triangles.len() as u32);
             flat.corners.extend(group.corners.iter().map(|&[x, y, z]| [x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]));
@@ -223,6 +256,37 @@ impl Leaf {
 }
 
 impl Triangle {
+    /// The rays of `live` that hit the triangle and may see it edge-on: hardly ever one.
+    #[inline(always)]
+    fn may_be_edge_on(&self, edges: &Edges, live: Mask8) -> Mask8 {
+        edges.inside & live & edges.det.abs().lt(F32x8::splat(self.edge_on))
+    }
+
+    /// Tells of the hits in f64 that the rays of `lanes` have, at any `t`.
+    #[cold]
+    #[inline(never)]
+    fn precise_hits(
+        &self,
+        flat: &Flat,
+        leaf: &Leaf,
+        rays: &RayPacket,
+        lanes: Mask8,
+        mut take: impl FnMut(usize, PreciseHit),
+    ) {
+        let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
+        let (origin, direction) = (columns(rays.origin), columns(rays.direction));
+        let corner = |corner: u8| {
+            let [x, y, z, ..] = flat.corners[leaf.corners.start as usize + corner as usize];
+            [x, y, z]
+        };
+        for at in (0..LANES).filter(|at| lanes.bits() >> at & 1 == 1) {
+            let ray = PreciseRay::new(origin.map(|axis| axis[at]), direction.map(|axis| axis[at]));
+            if let Some(hit) = ray.hit(self.corners.map(corner), SHARED_EDGES) {
+                take(at, hit);
+            }
+        }
+    }
+
     #[inline(always)]
     fn corners(&self, sheared_corners: &Corners) -> [[F32x8; 3]; 3] {
         // Not `map`, which is a call here.
@@ -258,7 +322,16 @@ pub(super) fn closest(
             rays.shear_corners(flat, leaf, corners);
             for triangle in leaf.triangles(flat) {
                 let edges = edges(triangle.corners(corners));
-                best.update_descending(&edges, triangle.id, live, rays.tmin);
+                let mut common = live;
+                let edge_on = triangle.may_be_edge_on(&edges, live);
+                if edge_on.any() {
+                    let edge_on = edge_on & edges.edge_on();
+                    common = live.and_not(edge_on);
+                    triangle.precise_hits(flat, leaf, &packet, edge_on, |lane, hit| {
+                        best.update_lane(lane, hit, triangle.id, packet.tmin.to_array()[lane]);
+                    });
+                }
+                best.update_descending(&edges, triangle.id, common, rays.tmin);
             }
         }
     }
@@ -266,12 +339,12 @@ pub(super) fn closest(
     best.hits()
 }
 
-/// Which of eight rays hit anything.
+/// Which of eight rays hit anything before `tmax`, or at `tmax` itself a triangle of an id below that of `before`.
 #[inline(always)]
 pub(super) fn any(
     flat: &Flat,
     extent: f32,
-    given: &RayPacket,
+    (given, before): (&RayPacket, U32x8),
     active: Mask8,
     corners: &mut Corners,
     counters: &mut WalkCounters,
@@ -283,6 +356,7 @@ pub(super) fn any(
     let packet = given.without_garbage(active);
     let rays = Rays::new(&packet, extent);
     let best_wide = packet.tmax * F32x8::splat(WIDENING);
+    let below_tmax = F32x8::from_array(packet.tmax.to_array().map(f32::next_down));
     let mut open = active;
     for leaf in &flat.leaves {
         let live = rays.enter(leaf, best_wide) & open;
@@ -293,8 +367,22 @@ pub(super) fn any(
             let mut blocked = Mask8::NONE;
             for triangle in leaf.triangles(flat) {
                 let edges = edges(triangle.corners(corners));
+                let mut common = live;
+                let edge_on = triangle.may_be_edge_on(&edges, live);
+                // Of what ends a ray at its very end only lower ids count.
+                let lower = U32x8::splat(triangle.id).lt_signed(before);
+                let end = lower.select(packet.tmax, below_tmax);
+                if edge_on.any() {
+                    let edge_on = edge_on & edges.edge_on();
+                    common = live.and_not(edge_on);
+                    triangle.precise_hits(flat, leaf, &packet, edge_on, |lane, hit| {
+                        if hit.t > packet.tmin.to_array()[lane] && hit.t <= end.to_array()[lane] {
+                            blocked = blocked | Mask8::from_bits(1 << lane);
+                        }
+                    });
+                }
                 let t = edges.t_scaled / edges.det;
-                blocked = blocked | ((edges.inside & t.gt(packet.tmin)) & t.le(packet.tmax));
+                blocked = blocked | ((edges.inside & common) & (t.gt(packet.tmin) & t.le(end)));
             }
             open = open.and_not(blocked & live);
             if !open.any() {

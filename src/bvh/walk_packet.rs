@@ -1,12 +1,14 @@
 //! Eight rays at a time through the tree: one stack, a node is entered by all lanes whose rays hit its box.
 
 use crate::bvh::boxes::{EightRaysBoxes, Interval, WIDENING};
-use crate::bvh::node::{Tables, block_of, is_leaf, triangles_in};
+use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf, triangles_in};
+use crate::bvh::precise::{PRECISE, PreciseHit, PreciseRay, SHARED_EDGES};
 use crate::bvh::ray::{HitPacket, RayPacket, WalkCounters};
-use crate::bvh::triangle::{Best, EightRays};
-use crate::lanes::{F32x8, LANES, Mask8};
+use crate::bvh::triangle::{Best, EightRays, most_moved};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
-/// Nodes and leaves still to be visited, with every lane's distance: infinite where its ray misses the box.
+/// Nodes and leaves still to be visited, with every lane's distance: NaN where its ray misses the box, so that it is below
+/// nothing, not even below the infinite `t` of a ray that has hit nothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PacketStack {
     words: Vec<u32>,
@@ -67,10 +69,10 @@ pub(super) fn closest(
     let interval = interval(tables, &rays);
     best.t = rays.tmax;
     let mut farthest = farthest_of(best.t);
-    let infinite = F32x8::splat(f32::INFINITY);
+    let missed = F32x8::splat(f32::NAN);
     let widening = F32x8::splat(WIDENING);
     let mut top = 0;
-    let (mut next, mut near) = (0u32, active.select(F32x8::ZERO, infinite));
+    let (mut next, mut near) = (0u32, active.select(F32x8::ZERO, missed));
     loop {
         let live = near.le(best.t * widening) & active;
         let count = live.count();
@@ -78,15 +80,36 @@ pub(super) fn closest(
         counters.lanes_used += count as u64;
         if count == 0 {
         } else if is_leaf(next) {
-            let block = &tables.leaves[block_of(next)];
+            let (block, precise) = (&tables.leaves[block_of(next)], holds_precise(next));
             let before = best.t;
             for kz in 0..3 {
                 let own = live & triangles.lanes_by_axis[kz];
                 if own.any() {
                     for lane in 0..triangles_in(next) {
                         let edges = triangles.edges(block, lane, kz);
-                        if (edges.inside & own).any() {
-                            best.update(&edges, block.ids[lane], own, rays.tmin);
+                        if precise && is_precise(tables, block.ids[lane]) {
+                            let near = own & edges.near(most_moved8(&rays, tables.extent));
+                            precise_hits(
+                                &rays,
+                                block,
+                                lane,
+                                near,
+                                tables.classes[block.ids[lane] as usize],
+                                |at, hit| {
+                                    best.update_lane(at, hit, block.ids[lane], rays.tmin.to_array()[at]);
+                                },
+                            );
+                            continue;
+                        }
+                        let inside = edges.inside & own;
+                        if inside.any() {
+                            let edge_on = inside & edges.edge_on();
+                            best.update(&edges, block.ids[lane], own.and_not(edge_on), rays.tmin);
+                            if edge_on.any() {
+                                precise_hits(&rays, block, lane, edge_on, SHARED_EDGES, |at, hit| {
+                                    best.update_lane(at, hit, block.ids[lane], rays.tmin.to_array()[at]);
+                                });
+                            }
                         }
                     }
                 }
@@ -111,7 +134,7 @@ pub(super) fn closest(
                 };
                 let hit = hit & live;
                 if hit.any() {
-                    let entry = hit.select(entry, infinite);
+                    let entry = hit.select(entry, missed);
                     let word = node.children[child];
                     chosen = match chosen {
                         None => Some((word, entry)),
@@ -142,10 +165,46 @@ pub(super) fn closest(
     best.hits()
 }
 
-/// Which of eight rays hit anything.
+/// Whether a triangle is tested in f64, if there are any such.
+#[inline(always)]
+fn is_precise(tables: Tables, id: u32) -> bool {
+    tables.classes[id as usize] & PRECISE != 0
+}
+
+#[inline(always)]
+fn most_moved8(rays: &RayPacket, extent: f32) -> F32x8 {
+    let [x, y, z] = [rays.origin.x.to_array(), rays.origin.y.to_array(), rays.origin.z.to_array()];
+    F32x8::from_array(std::array::from_fn(|lane| most_moved([x[lane], y[lane], z[lane]], extent)))
+}
+
+/// Tells of the hits in f64 that the rays of `lanes` have on triangle `lane` of a block, at any `t`.
+#[inline(never)]
+fn precise_hits(
+    rays: &RayPacket,
+    block: &LeafBlock,
+    lane: usize,
+    lanes: Mask8,
+    class: u8,
+    mut take: impl FnMut(usize, PreciseHit),
+) {
+    let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
+    let (origin, direction) = (columns(rays.origin), columns(rays.direction));
+    let mut bits = lanes.bits();
+    while bits != 0 {
+        let at = bits.trailing_zeros() as usize & 7;
+        bits &= bits - 1;
+        let ray = PreciseRay::new(origin.map(|axis| axis[at]), direction.map(|axis| axis[at]));
+        if let Some(hit) = ray.hit(block.corners(lane), class) {
+            take(at, hit);
+        }
+    }
+}
+
+/// Which of eight rays hit anything before `tmax`, or at `tmax` itself a triangle of an id below that of `before`.
 pub(super) fn any(
     tables: Tables,
     given: &RayPacket,
+    before: U32x8,
     active: Mask8,
     stack: &mut PacketStack,
     counters: &mut WalkCounters,
@@ -170,15 +229,34 @@ pub(super) fn any(
         counters.lanes_used += count as u64;
         if count == 0 {
         } else if is_leaf(next) {
-            let block = &tables.leaves[block_of(next)];
+            let (block, precise) = (&tables.leaves[block_of(next)], holds_precise(next));
             for kz in 0..3 {
                 let own = live & triangles.lanes_by_axis[kz];
                 if own.any() {
                     for lane in 0..triangles_in(next) {
                         let edges = triangles.edges(block, lane, kz);
-                        if (edges.inside & own).any() {
+                        let id = block.ids[lane];
+                        let mut blocks = |at: usize, hit: PreciseHit| {
+                            let (tmin, tmax) = (rays.tmin.to_array()[at], rays.tmax.to_array()[at]);
+                            let ends = hit.t < tmax || (hit.t == tmax && id < before.to_array()[at]);
+                            if hit.t > tmin && ends {
+                                open = open.and_not(Mask8::from_bits(1 << at));
+                            }
+                        };
+                        if precise && is_precise(tables, id) {
+                            let near = own & edges.near(most_moved8(&rays, tables.extent));
+                            precise_hits(&rays, block, lane, near, tables.classes[id as usize], blocks);
+                            continue;
+                        }
+                        let inside = edges.inside & own;
+                        if inside.any() {
+                            let edge_on = inside & edges.edge_on();
+                            if edge_on.any() {
+                                precise_hits(&rays, block, lane, edge_on, SHARED_EDGES, &mut blocks);
+                            }
                             let t = edges.t_scaled / edges.det;
-                            open = open.and_not(edges.inside & own & t.gt(rays.tmin) & t.le(rays.tmax));
+                            let ends = t.lt(rays.tmax) | (t.eq(rays.tmax) & U32x8::splat(id).lt_signed(before));
+                            open = open.and_not(inside.and_not(edge_on) & t.gt(rays.tmin) & ends);
                         }
                     }
                 }

@@ -1,11 +1,12 @@
 //! One ray at a time: eight boxes, eight triangles at once.
 
 use crate::bvh::boxes::{OneRayBoxes, WIDENING};
-use crate::bvh::node::{LeafBlock, Tables, block_of, is_leaf};
+use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf};
+use crate::bvh::precise::{PRECISE, PreciseHit, PreciseRay, SHARED_EDGES};
 use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::sort::sort_children;
-use crate::bvh::triangle::OneRay;
-use crate::lanes::{F32x8, LANES, U32x8};
+use crate::bvh::triangle::{Edges, OneRay, most_moved};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Nodes and leaves still to be visited, with their distances.
 #[derive(Clone, Debug, Default)]
@@ -24,30 +25,108 @@ impl Stack {
     }
 }
 
-/// The closest hit in a block, if it is closer than `best`, or as close and of a lower id. Hits count behind `tmin`; with
-/// `behind` those at `tmin` itself do, too, if their id is higher than that.
-#[inline(always)]
-fn closest_in_block(ray: &OneRay, block: &LeafBlock, tmin: f32, behind: Option<u32>, best: &mut Hit) -> bool {
-    let edges = ray.edges(block);
-    let t = edges.t_scaled / edges.det;
-    let least = F32x8::splat(tmin);
-    let counts = if behind.is_some() { t.ge(least) } else { t.gt(least) };
-    let mut hits = (edges.inside & counts & t.le(F32x8::splat(best.t))).bits();
-    if hits == 0 {
-        return false;
+/// A ray and what it looks for.
+struct Search<'a> {
+    ray: &'a Ray,
+    triangles: OneRay,
+    tables: Tables<'a>,
+    /// Hits count behind `ray.tmin`; with an id those at `tmin` itself do, too, if their id is higher than that.
+    behind: Option<u32>,
+}
+
+impl Search<'_> {
+    /// The closest hit in the block of leaf `word`, if it is closer than `best`, or as close and of a lower id.
+    #[inline(always)]
+    fn closest_in_block(&self, word: u32, best: &mut Hit) -> bool {
+        let block = &self.tables.leaves[block_of(word)];
+        let edges = self.triangles.edges(block);
+        let mut changed = false;
+        let mut common = edges.inside;
+        if holds_precise(word) || common.any() {
+            let coarse = coarse(&edges, block, self.tables, word, self.ray);
+            common = common.and_not(coarse);
+            if coarse.any() {
+                for_each_precise(self.ray, block, self.tables, coarse, |id, hit| {
+                    changed |= self.take(Hit { t: hit.t, triangle: id, u: hit.u, v: hit.v }, best);
+                });
+            }
+        }
+        if !common.any() {
+            return changed;
+        }
+        let t = edges.t_scaled / edges.det;
+        let least = F32x8::splat(self.ray.tmin);
+        let counts = if self.behind.is_some() { t.ge(least) } else { t.gt(least) };
+        let mut hits = (common & counts & t.le(F32x8::splat(best.t))).bits();
+        if hits == 0 {
+            return changed;
+        }
+        let (ts, vs, ws, dets) = (t.to_array(), edges.v.to_array(), edges.w.to_array(), edges.det.to_array());
+        while hits != 0 {
+            let lane = hits.trailing_zeros() as usize & 7;
+            hits &= hits - 1;
+            let hit =
+                Hit { t: ts[lane], triangle: block.ids[lane], u: vs[lane] / dets[lane], v: ws[lane] / dets[lane] };
+            changed |= self.take(hit, best);
+        }
+        changed
     }
-    let (ts, vs, ws, dets) = (t.to_array(), edges.v.to_array(), edges.w.to_array(), edges.det.to_array());
-    let mut changed = false;
-    while hits != 0 {
-        let lane = hits.trailing_zeros() as usize & 7;
-        hits &= hits - 1;
-        let passed = behind.is_some_and(|id| ts[lane] == tmin && block.ids[lane] <= id);
-        if !passed && (ts[lane] < best.t || (ts[lane] == best.t && block.ids[lane] < best.triangle)) {
-            *best = Hit { t: ts[lane], triangle: block.ids[lane], u: vs[lane] / dets[lane], v: ws[lane] / dets[lane] };
-            changed = true;
+
+    /// `hit` becomes the best if it counts and is closer, or as close and of a lower id.
+    #[inline(always)]
+    fn take(&self, hit: Hit, best: &mut Hit) -> bool {
+        let tmin = self.ray.tmin;
+        let counts = hit.t > tmin || self.behind.is_some_and(|id| hit.t == tmin && hit.triangle > id);
+        let closer = hit.t < best.t || (hit.t == best.t && hit.triangle < best.triangle);
+        if counts && closer {
+            *best = hit;
+        }
+        counts && closer
+    }
+}
+
+/// The lanes of a block that are to be decided in f64: precise triangles that the ray may hit, others that it hits edge-on.
+#[inline(always)]
+fn coarse(edges: &Edges, block: &LeafBlock, tables: Tables, word: u32, ray: &Ray) -> Mask8 {
+    let edge_on = edges.inside & edges.edge_on();
+    if !holds_precise(word) {
+        return edge_on;
+    }
+    let precise = precise_lanes(block, tables);
+    let near = edges.near(F32x8::splat(most_moved(ray.origin, tables.extent)));
+    (precise & near) | edge_on.and_not(precise)
+}
+
+/// The lanes of a block that hold precise triangles.
+#[inline(always)]
+pub(super) fn precise_lanes(block: &LeafBlock, tables: Tables) -> Mask8 {
+    let class = |id: u32| tables.classes.get(id as usize).copied().unwrap_or(0);
+    let bit = |lane: usize| ((class(block.ids[lane]) & PRECISE != 0) as u8) << lane;
+    Mask8::from_bits((0..LANES).map(bit).fold(0, |bits, bit| bits | bit))
+}
+
+/// Tells of the hits in f64 that a ray has on triangles `lanes` of a block, at any `t`.
+#[inline(never)]
+pub(super) fn for_each_precise(
+    ray: &Ray,
+    block: &LeafBlock,
+    tables: Tables,
+    lanes: Mask8,
+    mut take: impl FnMut(u32, PreciseHit),
+) {
+    let precise = PreciseRay::new(ray.origin, ray.direction);
+    let mut bits = lanes.bits();
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize & 7;
+        bits &= bits - 1;
+        let id = block.ids[lane];
+        let class = tables.classes.get(id as usize).copied().unwrap_or(0);
+        // One of the common kind is here because it is seen edge-on.
+        let class = if class & PRECISE != 0 { class } else { SHARED_EDGES };
+        if let Some(hit) = precise.hit(block.corners(lane), class) {
+            take(id, hit);
         }
     }
-    changed
 }
 
 /// The closest hit of `ray`.
@@ -69,14 +148,14 @@ fn closest_of(tables: Tables, ray: &Ray, behind: Option<u32>, stack: &mut Stack)
         return best;
     }
     let boxes = OneRayBoxes::new(ray.origin, ray.direction, ray.tmin, tables.extent);
-    let triangles = OneRay::new(ray.origin, ray.direction);
+    let search = Search { ray, triangles: OneRay::new(ray.origin, ray.direction), tables, behind };
     let (words, near) = (&mut stack.words[..], &mut stack.near[..]);
     let mut best_wide = best.t * WIDENING;
     let mut top = 0;
     let mut next = 0;
     loop {
         if is_leaf(next) {
-            if closest_in_block(&triangles, &tables.leaves[block_of(next)], ray.tmin, behind, &mut best) {
+            if search.closest_in_block(next, &mut best) {
                 best_wide = best.t * WIDENING;
             }
         } else {
@@ -100,9 +179,21 @@ fn closest_of(tables: Tables, ray: &Ray, behind: Option<u32>, stack: &mut Stack)
     }
 }
 
-/// Whether `ray` hits anything.
+/// Whether `ray` hits anything before its `tmax`, or at `tmax` itself a triangle of an id below `before`.
 #[inline(always)]
-pub(super) fn any(tables: Tables, ray: &Ray, stack: &mut Stack) -> bool {
+pub(super) fn any(tables: Tables, ray: &Ray, before: u32, stack: &mut Stack) -> bool {
+    any_where(tables, ray, before, stack, |_| true)
+}
+
+/// [`any`], of the triangles that `counts` says count.
+#[inline(always)]
+pub(super) fn any_where(
+    tables: Tables,
+    ray: &Ray,
+    before: u32,
+    stack: &mut Stack,
+    counts: impl Fn(u32) -> bool,
+) -> bool {
     if !ray.is_finite() {
         return false;
     }
@@ -115,10 +206,30 @@ pub(super) fn any(tables: Tables, ray: &Ray, stack: &mut Stack) -> bool {
     let mut next = 0;
     loop {
         if is_leaf(next) {
-            let edges = triangles.edges(&tables.leaves[block_of(next)]);
-            let t = edges.t_scaled / edges.det;
-            if (edges.inside & t.gt(tmin) & t.le(tmax)).any() {
-                return true;
+            let block = &tables.leaves[block_of(next)];
+            let edges = triangles.edges(block);
+            let mut common = edges.inside;
+            if holds_precise(next) || common.any() {
+                let coarse = coarse(&edges, block, tables, next, ray);
+                common = common.and_not(coarse);
+                let mut blocked = false;
+                if coarse.any() {
+                    for_each_precise(ray, block, tables, coarse, |id, hit| {
+                        let ends = hit.t < ray.tmax || (hit.t == ray.tmax && id < before);
+                        blocked |= hit.t > ray.tmin && ends && counts(id);
+                    });
+                }
+                let t = edges.t_scaled / edges.det;
+                let ids = U32x8::from_array(block.ids);
+                let ends = t.lt(tmax) | (t.eq(tmax) & ids.lt(U32x8::splat(before)));
+                let mut hits = (common & t.gt(tmin) & ends).bits();
+                while hits != 0 && !blocked {
+                    blocked = counts(block.ids[hits.trailing_zeros() as usize & 7]);
+                    hits &= hits - 1;
+                }
+                if blocked {
+                    return true;
+                }
             }
         } else {
             let node = &tables.nodes[next as usize];

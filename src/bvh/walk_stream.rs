@@ -6,11 +6,12 @@
 //! stack is a sentinel that is never culled, so popping does not ask whether there is anything left.
 
 use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use crate::bvh::node::{LEAF_BIT, LeafBlock, Node, Tables, block_of};
+use crate::bvh::node::{LEAF_BIT, Node, Tables, block_of, holds_precise};
 use crate::bvh::prefetch::prefetch;
-use crate::bvh::ray::{HitPacket, NO_HIT, RayPacket};
+use crate::bvh::ray::{HitPacket, NO_HIT, Ray, RayPacket};
 use crate::bvh::sort::sort_children;
-use crate::bvh::triangle::{PERMUTATION, dominant_axis8, edges, sheared};
+use crate::bvh::triangle::{PERMUTATION, dominant_axis8, edges, most_moved, sheared};
+use crate::bvh::walk_single::{for_each_precise, precise_lanes};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Rays in flight: 16 to 32 measured alike, 8 and 64 lose.
@@ -43,6 +44,8 @@ ray_columns! {
     shear_x: f32, shear_y: f32, shear_z: f32,
     tmin: f32,
     kz: u32,
+    /// For any hit: at the end of the ray only triangles of lower ids count.
+    before: u32,
     /// Closest hit so far, its triangle and what is to be divided for it.
     t: f32,
     triangle: u32,
@@ -95,7 +98,7 @@ impl Stream {
 
     /// Makes eight rays ready as rows `first ..` of the chunk.
     #[inline(always)]
-    pub(super) fn set_packet(&mut self, first: usize, packet: &RayPacket, extent: f32) {
+    pub(super) fn set_packet(&mut self, first: usize, packet: &RayPacket, before: U32x8, extent: f32) {
         let rays = &mut *self.rays;
         let (o, d) = (packet.origin, packet.direction);
         let extent = F32x8::splat(extent);
@@ -124,6 +127,7 @@ impl Stream {
         packet.finite().select(packet.tmin, F32x8::splat(f32::INFINITY)).store(&mut rays.tmin, first);
         let kz = is_x.select_u32(U32x8::ZERO, is_y.select_u32(U32x8::splat(1), U32x8::splat(2)));
         kz.store(&mut rays.kz, first);
+        before.store(&mut rays.before, first);
         packet.tmax.store(&mut rays.t, first);
         U32x8::splat(NO_HIT).store(&mut rays.triangle, first);
         F32x8::ZERO.store(&mut rays.v, first);
@@ -152,7 +156,7 @@ impl Stream {
 
     /// Walks rows `0 .. count`, to the closest hit or, if `ANY`, to the first that is found.
     #[inline(never)]
-    pub(super) fn walk<const ANY: bool>(&mut self, tables: Tables, count: usize) {
+    pub(super) fn walk<const ANY: bool>(&mut self, tables: Tables, count: usize, given: impl Fn(usize) -> Ray) {
         let Self { rays, words, near, stride } = self;
         let stride = *stride;
         let mut slots = Slots { ray: [0; SLOTS], top: [1; SLOTS], next: [0; SLOTS] };
@@ -225,7 +229,7 @@ impl Stream {
             for i in 0..leaves.len {
                 let slot = leaves.slots[i] as usize % SLOTS;
                 let row = slots.ray[slot] as usize % CHUNK;
-                let found = rays.test_leaf::<ANY>(row, &tables.leaves[block_of(slots.next[slot])]);
+                let found = rays.test_leaf::<ANY>(row, slots.next[slot], tables, &given);
                 // A blocked ray leaves its stack as it is but for the sentinel.
                 let top = if ANY & found { 1 } else { slots.top[slot] as usize };
                 pop!(slot, top, rays.t[row] * WIDENING);
@@ -257,9 +261,17 @@ impl Rays {
         (entry, entry.le(exit))
     }
 
-    /// Takes the closest hit in a block if it is closer, or as close and of a lower id; whether anything is hit.
+    /// Takes the closest hit in the block of leaf `word` if it is closer, or as close and of a lower id; whether anything is
+    /// hit. `given` has the rays as they came.
     #[inline(always)]
-    fn test_leaf<const ANY: bool>(&mut self, row: usize, block: &LeafBlock) -> bool {
+    fn test_leaf<const ANY: bool>(
+        &mut self,
+        row: usize,
+        word: u32,
+        tables: Tables,
+        given: &impl Fn(usize) -> Ray,
+    ) -> bool {
+        let block = &tables.leaves[block_of(word)];
         let [kx, ky, kz] = PERMUTATION[self.kz[row] as usize % 3];
         let splat = F32x8::splat;
         let o = [splat(self.origin_x[row]), splat(self.origin_y[row]), splat(self.origin_z[row])];
@@ -269,13 +281,34 @@ impl Rays {
         };
         let shear = [splat(self.shear_x[row]), splat(self.shear_y[row]), splat(self.shear_z[row])];
         let edges = edges([sheared(corner(0), shear), sheared(corner(1), shear), sheared(corner(2), shear)]);
+        let mut inside = edges.inside;
+        let mut found = false;
+        if holds_precise(word) || inside.any() {
+            let mut coarse = inside & edges.edge_on();
+            if holds_precise(word) {
+                let precise = precise_lanes(block, tables);
+                let origin = given(row).origin;
+                let near = edges.near(splat(most_moved(origin, tables.extent)));
+                coarse = coarse.and_not(precise) | (precise & near);
+            }
+            inside = inside.and_not(coarse);
+            if coarse.any() {
+                found = self.test_precise::<ANY>(row, block_of(word), tables, coarse, &given(row));
+            }
+        }
         let t = edges.t_scaled / edges.det;
         let best = self.t[row];
-        let hits = edges.inside & t.gt(F32x8::splat(self.tmin[row])) & t.le(F32x8::splat(best));
-        let found = hits.any();
+        let ends = if ANY {
+            let ids = U32x8::from_array(block.ids);
+            t.lt(splat(best)) | (t.eq(splat(best)) & ids.lt_signed(U32x8::splat(self.before[row])))
+        } else {
+            t.le(splat(best))
+        };
+        let hits = inside & t.gt(splat(self.tmin[row])) & ends;
+        let hit = hits.any();
         if ANY {
-            self.triangle[row] = if found { 0 } else { self.triangle[row] };
-        } else if found {
+            self.triangle[row] = if hit | found { 0 } else { self.triangle[row] };
+        } else if hit {
             let nearest = hits.select(t, F32x8::splat(f32::INFINITY)).min_of_lanes();
             let lane = (hits & t.le(F32x8::splat(nearest))).bits().trailing_zeros() as usize & 7;
             let (id, t) = (block.ids[lane], t.to_array()[lane]);
@@ -286,6 +319,31 @@ impl Rays {
                 self.det[row] = edges.det.to_array()[lane];
             }
         }
+        hit | found
+    }
+
+    /// The part of [`Rays::test_leaf`] that is decided in f64, for the triangles `lanes` of a block.
+    #[cold]
+    #[inline(never)]
+    fn test_precise<const ANY: bool>(
+        &mut self,
+        row: usize,
+        block: usize,
+        tables: Tables,
+        lanes: Mask8,
+        given: &Ray,
+    ) -> bool {
+        let mut found = false;
+        for_each_precise(given, &tables.leaves[block], tables, lanes, |id, hit| {
+            let (best, triangle) = (self.t[row], if ANY { self.before[row] } else { self.triangle[row] });
+            if hit.t > self.tmin[row] && (hit.t < best || (hit.t == best && id < triangle)) {
+                found = true;
+                if !ANY {
+                    (self.t[row], self.triangle[row]) = (hit.t, id);
+                    (self.v[row], self.w[row], self.det[row]) = (hit.u, hit.v, 1.0);
+                }
+            }
+        });
         found
     }
 }

@@ -19,6 +19,7 @@ use crate::setup::Setup;
 use crate::strategy::Strategy;
 use crate::tables::lights::environment::EnvironmentMap;
 use crate::tables::lights::table::LightTable;
+use crate::tables::margins::Margins;
 use crate::tables::materials::MaterialRecord;
 use crate::trace::TraceVertex;
 use glam::{DVec3, Vec3};
@@ -221,15 +222,16 @@ fn start_offset(effort: &Effort) -> Result<Outcome> {
         let along = numbers.direction();
         let across = along.cross(numbers.direction()).normalize();
         let corners = [place, place + along, place + across].map(|c| (c * scale).as_vec3().to_array());
+        let n = normal(corners.map(|c| DVec3::from(c.map(f64::from))));
+        let margin = Margins::of(corners, false).offset;
         for _ in 0..64 {
             let u = [numbers.unit(), numbers.unit()];
             let weights = single::warp::sample_uniform_triangle(u);
-            let (position, offset) = single::surface::point_and_offset(&corners, weights, 0.0);
+            let (position, offset) = single::surface::point_and_offset(&corners, weights, n.as_vec3(), margin);
             let exact = weights.map(f64::from);
-            let (truth, _) = double::surface::point_and_offset(&corners, exact, 0.0);
+            let (truth, _) = double::surface::point_and_offset(&corners, exact, n, 0.0);
             // The weights' own sum is off 1 in f32: along the plane, not along the normal, only about the origin.
             let off = truth + DVec3::from(corners[0].map(f64::from)) * (1.0 - exact.iter().sum::<f64>());
-            let n = normal(corners.map(|c| DVec3::from(c.map(f64::from))));
             let share = (position.as_dvec3() - off).dot(n).abs() / f64::from(offset);
             if worse(share, worst) {
                 (worst, note) = (share, format!("worst {shift:.1e} edges from the origin"));

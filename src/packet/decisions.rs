@@ -16,7 +16,7 @@ pub struct Decisions {
     pub detail: bool,
     /// Every triangle has this class, so hits need not be looked up ([`crate::tables::PreparedScene::classes`]).
     pub only_class: Option<u8>,
-    /// Shadow rays end at a light point (1), leave the scene (infinity), or say so one by one (`None`).
+    /// Shadow rays leave the scene (infinity), or say one by one where they end (`None`).
     pub shadow_tmax: Option<f32>,
     /// Whether emission can count after a last event whose direction was drawn from a density.
     pub last_drawn_counts: bool,
@@ -41,6 +41,8 @@ impl Decisions {
             emitters: !scene.emitters.is_empty() && emission_counts,
             surfaces: PerKind::new(|kind| events && kind.scatters() && scene.features.kinds[kind]),
             shadow: some(|row| row.lobes == Lobes::Density) && events && setup.samples_lights(),
+            targets: !setup.lights.records.is_empty(),
+            positions: scene.bvh.precise_triangles().1 > 0,
             alpha_masks: scene.features.alpha_masks,
         };
         let first = scene.classes.first().copied();
@@ -50,11 +52,7 @@ impl Decisions {
             kinds: MaterialKind::ALL.into_iter().filter(|&kind| needs.surfaces[kind]).collect(),
             detail: !scene.corners.is_empty(),
             only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
-            shadow_tmax: match (setup.lights.environment.is_some(), setup.lights.records.is_empty()) {
-                (false, _) => Some(1.0),
-                (true, true) => Some(f32::INFINITY),
-                (true, false) => None,
-            },
+            shadow_tmax: setup.lights.records.is_empty().then_some(f32::INFINITY),
             last_drawn_counts: lit && row.hit != Weight::Zero,
             last_delta_counts: lit && row.certain_hit != Weight::Zero,
         }

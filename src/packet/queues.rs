@@ -88,6 +88,8 @@ pub struct SurfaceQueue {
     pub v: Vec<f32>,
     /// Unit directions of the rays that hit.
     pub direction: Columns3,
+    /// Where the rays found the hits; kept only where a triangle is huge.
+    pub position: Columns3,
     /// Throughput.
     pub beta: Columns3,
     /// Slots, without flags.
@@ -98,8 +100,11 @@ pub struct SurfaceQueue {
 
 /// Light samples whose visibility is to be found: a shadow ray carries its finished contribution.
 pub struct ShadowQueue {
-    /// The segments, world space; directions reach from origin to light point, `tmax` 1 (or infinite: environment).
+    /// The segments, world space; directions reach from origin to light point, `tmax` is where they hit the triangle they aim
+    /// at (or infinite: environment).
     pub rays: RayQueue,
+    /// The triangles they aim at ([`crate::packet::lights::sample::LightSamples::target`]); kept only where there are emitters.
+    pub target: Vec<u32>,
     /// What the path gains if nothing blocks the segment: throughput, BSDF, cosine, radiance, density and weight included.
     pub contribution: Columns3,
     /// Slots, without flags.
@@ -154,14 +159,15 @@ impl PathQueue {
 }
 
 impl SurfaceQueue {
-    /// An empty queue for `capacity` hits.
-    pub fn new(capacity: usize) -> SurfaceQueue {
+    /// An empty queue for `capacity` hits, with a column for where they were found if `position`.
+    pub fn new(capacity: usize, position: bool) -> SurfaceQueue {
         let column = || vec![0.0; capacity.next_multiple_of(LANES) + LANES];
         SurfaceQueue {
             triangle: words(capacity),
             u: column(),
             v: column(),
             direction: Columns3::with_len(capacity),
+            position: Columns3::with_len(if position { capacity } else { 0 }),
             beta: Columns3::with_len(capacity),
             slot: words(capacity),
             len: 0,
@@ -170,12 +176,14 @@ impl SurfaceQueue {
 }
 
 impl ShadowQueue {
-    /// An empty queue for `capacity` segments that end at `tmax` unless they say otherwise, and for `hits` of their hits.
-    pub fn new(capacity: usize, tmax: f32, hits: usize) -> ShadowQueue {
+    /// An empty queue for `capacity` segments that end at `tmax` unless they say otherwise, with targets if `aimed`, and for
+    /// `hits` of their hits.
+    pub fn new(capacity: usize, tmax: f32, aimed: bool, hits: usize) -> ShadowQueue {
         let mut rays = RayQueue::with_len(capacity);
         rays.tmax.fill(tmax);
         ShadowQueue {
             rays,
+            target: words(if aimed { capacity } else { 0 }),
             contribution: Columns3::with_len(capacity),
             slot: words(capacity),
             blocked: Vec::new(),
@@ -246,6 +254,10 @@ pub struct QueueNeeds {
     pub surfaces: PerKind<bool>,
     /// Shadow rays.
     pub shadow: bool,
+    /// What shadow rays aim at.
+    pub targets: bool,
+    /// Where hits were found.
+    pub positions: bool,
     /// Rays that pass cut-outs.
     pub alpha_masks: bool,
 }
@@ -285,8 +297,13 @@ impl TileState {
             misses: IndexList::new(size(needs.misses)),
             emitters: IndexList::new(size(needs.emitters)),
             passing: IndexList::new(size(needs.alpha_masks)),
-            surfaces: PerKind::new(|kind| SurfaceQueue::new(size(needs.surfaces[kind]))),
-            shadow: ShadowQueue::new(size(needs.shadow), shadow_tmax, size(needs.shadow && needs.alpha_masks)),
+            surfaces: PerKind::new(|kind| SurfaceQueue::new(size(needs.surfaces[kind]), needs.positions)),
+            shadow: ShadowQueue::new(
+                size(needs.shadow),
+                shadow_tmax,
+                needs.targets,
+                size(needs.shadow && needs.alpha_masks),
+            ),
             slots: Slots::new(capacity),
             scratch: Default::default(),
         }

@@ -66,8 +66,8 @@ pub struct TriangleColumns {
     pub material: U32x8,
     /// Light indices.
     pub light: U32x8,
-    /// What the shapes of slivers add to offsets.
-    pub sliver: F32x8,
+    /// What the triangle test adds to offsets.
+    pub offset: F32x8,
     /// Least barycentric weights, in half-ulps.
     pub inset: F32x8,
 }
@@ -82,7 +82,7 @@ impl TriangleColumns {
             normal: words.vector(offset_of!(TriangleRecord, normal)),
             material: words.integer(offset_of!(TriangleRecord, material)),
             light: words.integer(offset_of!(TriangleRecord, light)),
-            sliver: words.number(offset_of!(TriangleRecord, sliver)),
+            offset: words.number(offset_of!(TriangleRecord, offset)),
             inset: words.number(offset_of!(TriangleRecord, inset)),
         }
     }

@@ -1,21 +1,28 @@
 //! The points that eight rays have hit: position, normals on the sides the rays came from, and safe places for the next
 //! rays to start. What smooth surfaces need is compiled in by `DETAIL`: scenes without them do not pay for it.
 
+use crate::bvh::Bvh;
+use crate::bvh::precise::HUGE;
 use crate::fault::{Fault, planted};
-use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::records::{CornerColumns, TriangleColumns};
 use crate::packet::texture::interpolate;
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
 use crate::tables::triangles::TriangleRecord;
+use glam::DVec3;
 
 /// Rounding moves a number by at most this fraction of it.
 pub const HALF_ULP: f32 = 1.0 / 16_777_216.0;
 
-/// Offsets are this many half-ulps of the summed sizes of the coordinates that made the point: the barycentric sum
-/// itself and the next ray's triangle test each err by a few (pbrt-v4 section 6.8). On every mesh measured no ray hit
-/// again the triangle it left from 3 on, in a wedge of 10 degrees from 8 on; the scalar twin's comment has the
-/// figures.
+/// Offsets are this many half-ulps of the coordinates that made the point, as far as they reach along the normal, and what
+/// the triangle test adds ([`crate::tables::margins`]); the scalar twin's comment has the figures.
 pub const OFFSET_HALF_ULPS: f32 = 8.0;
+
+/// The same where a point is made in f64: it and the start of the next ray are rounded once each.
+pub const HUGE_HALF_ULPS: f32 = 4.0;
+
+/// There points keep off the edges by 32 half-ulps of their own coordinates across them.
+const INSET: f64 = 32.0 / 16_777_216.0;
 
 /// Shading normals are bent towards the viewers until they make at least this cosine with the rays (or, nearly along the
 /// surfaces, the geometric normals').
@@ -51,11 +58,35 @@ pub fn surface_points<const DETAIL: bool>(
     v: F32x8,
     direction: Vec3x8,
 ) -> SurfacePoints {
+    surface_points_on::<DETAIL>((triangles, corners), None, triangle, u, v, direction)
+}
+
+/// Where rays have found their hits, `o + t d`, in scenes that have huge triangles.
+pub struct Found<'a> {
+    /// Knows the huge triangles.
+    pub bvh: &'a Bvh,
+    /// The points.
+    pub position: Vec3x8,
+}
+
+/// [`surface_points`], on huge triangles from `found`.
+#[inline(always)]
+pub fn surface_points_on<const DETAIL: bool>(
+    (triangles, corners): (&[TriangleRecord], &[CornerRecord]),
+    found: Option<Found>,
+    triangle: U32x8,
+    u: F32x8,
+    v: F32x8,
+    direction: Vec3x8,
+) -> SurfacePoints {
     let record = TriangleColumns::gather(triangles, triangle);
     let weights = inset_weights(u, v, record.inset * F32x8::splat(HALF_ULP));
     let front: Mask8 = record.normal.dot(direction).lt(F32x8::ZERO);
     let normal = front.select_vec3(record.normal, -record.normal);
-    let (position, offset) = point_and_offset(&record.vertices, weights, record.sliver);
+    let (mut position, mut offset) = point_and_offset(&record.vertices, weights, record.normal, record.offset);
+    if let Some(found) = found {
+        on_huge_triangles(&found, triangle, &record, &mut position, &mut offset);
+    }
     let away = normal.scale(offset);
     let (origin, origin_behind) = (position + away, position - away);
     let mut points = SurfacePoints {
@@ -153,14 +184,69 @@ fn inset_weights(u: F32x8, v: F32x8, inset: F32x8) -> [F32x8; 3] {
     [F32x8::ONE - u - v, u, v]
 }
 
-/// Barycentric sums, and how far along the normals rays must start to be off the surfaces for certain; `sliver` is what
-/// the triangles' shapes add ([`crate::tables::margins`]).
+/// In lanes whose triangles are huge, points and offsets from where the rays have found them: a barycentric sum
+/// is as inexact there as the triangle is large.
+#[inline(never)]
+fn on_huge_triangles(
+    found: &Found,
+    triangle: U32x8,
+    record: &TriangleColumns,
+    position: &mut Vec3x8,
+    offset: &mut F32x8,
+) {
+    let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
+    let (ids, vertices, normal) = (triangle.to_array(), record.vertices.map(columns), columns(record.normal));
+    let (points, mut position8, mut offset8) = (columns(found.position), columns(*position), offset.to_array());
+    for lane in (0..LANES).filter(|&lane| found.bvh.class(ids[lane]) & HUGE != 0) {
+        let at = |column: [[f32; LANES]; 3]| column.map(|axis| axis[lane]);
+        let (point, away) = on_triangle(vertices.map(at), at(normal), at(points));
+        for axis in 0..3 {
+            position8[axis][lane] = point[axis];
+        }
+        offset8[lane] = away;
+    }
+    let [x, y, z] = position8.map(F32x8::from_array);
+    (*position, *offset) = (Vec3x8::new(x, y, z), F32x8::from_array(offset8));
+}
+
+/// The point of a triangle next to `p`, off its edges, in f64, rounded once, and how far from it rays must start; the scalar
+/// twin has the reasons.
+fn on_triangle(vertices: [[f32; 3]; 3], normal: [f32; 3], p: [f32; 3]) -> ([f32; 3], f32) {
+    let v = vertices.map(|v| DVec3::from(v.map(f64::from)));
+    let n = (v[1] - v[0]).cross(v[2] - v[0]);
+    let p = DVec3::from(p.map(f64::from));
+    let mut p = p - n * (n.dot(p - v[0]) / n.dot(n));
+    for i in 0..3 {
+        let (from, edge) = (v[(i + 1) % 3], v[(i + 2) % 3] - v[(i + 1) % 3]);
+        let inward = n.cross(edge);
+        let length = inward.dot(inward).sqrt();
+        let inward = inward * (1.0 / length);
+        let margin = INSET * inward.abs().dot(p.abs());
+        let most = length / edge.dot(edge) * (1.0 / 16.0);
+        let lacking = (if margin < most { margin } else { most }) - inward.dot(p - from);
+        if lacking > 0.0 {
+            p += inward * lacking;
+        }
+    }
+    let point = p.to_array().map(|x| x as f32);
+    let [x, y, z]: [f32; 3] = std::array::from_fn(|k| normal[k].abs() * point[k].abs());
+    (point, ((x + y) + z) * (HUGE_HALF_ULPS * HALF_ULP))
+}
+
+/// Barycentric sums.
 #[inline(always)]
-pub fn point_and_offset(vertices: &[Vec3x8; 3], weights: [F32x8; 3], sliver: F32x8) -> (Vec3x8, F32x8) {
+pub fn barycentric_point([a, b, c]: &[Vec3x8; 3], weights: [F32x8; 3]) -> Vec3x8 {
+    a.scale(weights[0]) + b.scale(weights[1]) + c.scale(weights[2])
+}
+
+/// Barycentric sums, and how far along the normals rays must start to be off the surfaces for certain; `offset` is what
+/// the triangle test adds ([`crate::tables::margins`]).
+#[inline(always)]
+pub fn point_and_offset(vertices: &[Vec3x8; 3], weights: [F32x8; 3], normal: Vec3x8, offset: F32x8) -> (Vec3x8, F32x8) {
     let [a, b, c] = *vertices;
-    let position = a.scale(weights[0]) + b.scale(weights[1]) + c.scale(weights[2]);
+    let position = barycentric_point(vertices, weights);
     let size = a.abs().scale(weights[0]) + b.abs().scale(weights[1]) + c.abs().scale(weights[2]);
-    let half_ulps = if planted(Fault::WrongOffset) { 0.0 } else { OFFSET_HALF_ULPS };
-    let size = (size.x + size.y + size.z) * F32x8::splat(half_ulps);
-    (position, (size + sliver) * F32x8::splat(HALF_ULP))
+    let along = normal.abs().dot(size) * F32x8::splat(OFFSET_HALF_ULPS);
+    let half_ulp = if planted(Fault::WrongOffset) { 0.0 } else { HALF_ULP };
+    (position, (along + offset) * F32x8::splat(half_ulp))
 }

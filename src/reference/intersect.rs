@@ -1,8 +1,10 @@
 //! One ray at a time through the tree: plain loops, early returns.
 
+use super::precise::hit_precisely;
 use super::{Real, Vec3, vec3};
 use crate::bvh::Bvh;
 use crate::bvh::node::{Child, LeafBlock, Node};
+use crate::bvh::precise::{PRECISE, SHARED_EDGES};
 use crate::fault::{Fault, lost_digits, planted};
 
 /// A ray; a hit counts if `tmin < t <= tmax`.
@@ -29,6 +31,11 @@ pub struct Hit {
     pub u: Real,
     /// Weight of the third vertex.
     pub v: Real,
+}
+
+/// The hit of `ray` on one triangle of class `class` ([`crate::bvh::precise`]), at any `t`.
+pub fn hit_triangle(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u8) -> Option<Hit> {
+    ShearedRay::new(ray).hit_of_class(vertices, triangle, class)
 }
 
 /// What is left to visit, with the distance at which the ray enters it. Kept by the caller, so that it is made once a path.
@@ -58,9 +65,10 @@ pub fn intersect_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, there: impl Fn(&
         match child {
             Child::Inner(node) => slabs.push_children(&bvh.nodes()[node], tmax, stack),
             Child::Leaf(block, count) => {
-                for hit in sheared.hits(&bvh.leaves()[block], count, ray.tmin, tmax) {
+                for hit in sheared.hits(bvh, &bvh.leaves()[block], count) {
+                    let counts = hit.t > ray.tmin && hit.t <= tmax;
                     let closer = best.is_none_or(|b| hit.t < b.t || (hit.t == b.t && hit.triangle < b.triangle));
-                    if closer && there(&hit) {
+                    if counts && closer && there(&hit) {
                         tmax = hit.t;
                         best = Some(hit);
                     }
@@ -74,11 +82,12 @@ pub fn intersect_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, there: impl Fn(&
 
 /// Whether the ray hits anything.
 pub fn occluded(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> bool {
-    occluded_where(bvh, ray, stack, |_| true)
+    occluded_where(bvh, ray, stack, |hit| hit.t <= ray.tmax)
 }
 
-/// Whether any of the ray's hits is `there`.
-pub fn occluded_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, there: impl Fn(&Hit) -> bool) -> bool {
+/// Whether any of the ray's hits counts. (All are asked about that lie in front of the ray's start and in a box that it
+/// enters before its end.)
+pub fn occluded_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, counts: impl Fn(&Hit) -> bool) -> bool {
     let (slabs, sheared) = (SlabRay::new(ray, bvh.extent()), ShearedRay::new(ray));
     stack.clear();
     stack.push((ray.tmin, Child::Inner(0)));
@@ -86,7 +95,7 @@ pub fn occluded_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, there: impl Fn(&H
         match child {
             Child::Inner(node) => slabs.push_children(&bvh.nodes()[node], ray.tmax, stack),
             Child::Leaf(block, count) => {
-                if sheared.hits(&bvh.leaves()[block], count, ray.tmin, ray.tmax).any(|hit| there(&hit)) {
+                if sheared.hits(bvh, &bvh.leaves()[block], count).any(|hit| hit.t > ray.tmin && counts(&hit)) {
                     return true;
                 }
             }
@@ -100,7 +109,7 @@ pub fn occluded_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, there: impl Fn(&H
 const WIDENING: Real = 1.0 + 1.0 / 2_097_152.0;
 
 /// A ray ready for boxes: the robust slab test (Ize 2013, "Robust BVH Ray Traversal"), which may enter a box in vain but
-/// never misses one. Besides the relative widening every slab is widened by 2^-22 (|o| + extent) / |d|: a relative one is
+/// never misses one. Besides the relative widening every slab is widened by 2^-21 (|o| + extent) / |d|: a relative one is
 /// worth nothing for a ray that lies in a box's face.
 struct SlabRay {
     origin: [Real; 3],
@@ -115,7 +124,7 @@ impl SlabRay {
         // Components of 0 become a tiny number of the same sign, so that no 0 x infinity arises.
         let tiny = 1.0 / (1u128 << 80) as Real;
         let inverse = direction.map(|d| 1.0 / if d.abs() > tiny { d } else { tiny.copysign(d) });
-        let margin = std::array::from_fn(|k| (origin[k].abs() + extent as Real) * inverse[k].abs() / 4_194_304.0);
+        let margin = std::array::from_fn(|k| (origin[k].abs() + extent as Real) * inverse[k].abs() / 2_097_152.0);
         SlabRay { origin, inverse, margin, tmin: ray.tmin }
     }
 
@@ -148,9 +157,13 @@ impl SlabRay {
     }
 }
 
+/// A projected triangle of less than this part of its corners' largest squared coordinate is seen edge-on.
+const EDGE_ON: Real = 1.0 / 128.0;
+
 /// A ray ready for triangles: the watertight test of Woop, Benthin and Wald (2013). The ray becomes the z axis of a
 /// sheared space in which a triangle is hit if the origin lies on the same side of its three edges.
 struct ShearedRay {
+    ray: Ray,
     origin: [Real; 3],
     /// Axes in the order x, y, z of the sheared space; z is where the direction is largest.
     axes: [usize; 3],
@@ -171,7 +184,7 @@ impl ShearedRay {
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         let wrong = if planted(Fault::WrongShear) { 1.001 } else { 1.0 };
         let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z], wrong / d[z]];
-        ShearedRay { origin: ray.origin.to_array(), axes, shear }
+        ShearedRay { ray: *ray, origin: ray.origin.to_array(), axes, shear }
     }
 
     fn sheared(&self, vertex: [f32; 3]) -> Vec3 {
@@ -180,8 +193,8 @@ impl ShearedRay {
         Vec3::new(x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z)
     }
 
-    /// The hit on one triangle with `tmin < t <= tmax`.
-    fn hit(&self, vertices: [[f32; 3]; 3], triangle: u32, tmin: Real, tmax: Real) -> Option<Hit> {
+    /// The hit on one triangle, at any `t`. Seen nearly edge-on it is decided in f64.
+    fn hit(&self, vertices: [[f32; 3]; 3], triangle: u32) -> Option<Hit> {
         let [a, b, c] = vertices.map(|vertex| self.sheared(vertex));
         // An edge function of exactly 0 counts as inside, from both sides of the edge: no leak.
         let u = c.x * b.y - c.y * b.x;
@@ -196,21 +209,29 @@ impl ShearedRay {
         if !inside || det == 0.0 || planted(Fault::ClosedEdges) && u * v * w == 0.0 {
             return None;
         }
+        let size = [a, b, c].map(|v| if v.x.abs() > v.y.abs() { v.x.abs() } else { v.y.abs() });
+        let size = size.into_iter().fold(0.0, |most, one| if one > most { one } else { most });
+        if det.abs() < size * size * EDGE_ON {
+            return hit_precisely(&self.ray, vertices, triangle, SHARED_EDGES);
+        }
         let t = (u * a.z + v * b.z + w * c.z) / det;
-        let t = t * lost_digits(Real::EPSILON as f64) as Real;
-        (t > tmin && t <= tmax).then_some(Hit {
-            t,
-            triangle,
-            u: v / det * lost_digits(Real::EPSILON as f64) as Real,
-            v: w / det,
-        })
+        let off = lost_digits(Real::EPSILON as f64) as Real;
+        Some(Hit { t: t * off, triangle, u: v / det * off, v: w / det })
     }
 
-    /// The hits in a leaf block of `count` triangles.
-    fn hits(&self, block: &LeafBlock, count: usize, tmin: Real, tmax: Real) -> impl Iterator<Item = Hit> {
+    /// [`ShearedRay::hit`] on a triangle of class `class`.
+    fn hit_of_class(&self, vertices: [[f32; 3]; 3], triangle: u32, class: u8) -> Option<Hit> {
+        if class & PRECISE != 0 {
+            return hit_precisely(&self.ray, vertices, triangle, class);
+        }
+        self.hit(vertices, triangle)
+    }
+
+    /// The hits in a leaf block of `count` triangles, at any `t`.
+    fn hits(&self, bvh: &Bvh, block: &LeafBlock, count: usize) -> impl Iterator<Item = Hit> {
         (0..count).filter_map(move |lane| {
-            let corner = |vertex: usize| [0, 1, 2].map(|axis| block.vertices[vertex][axis][lane]);
-            self.hit([corner(0), corner(1), corner(2)], block.ids[lane], tmin, tmax)
+            let id = block.ids[lane];
+            self.hit_of_class(block.corners(lane), id, bvh.class(id))
         })
     }
 }

@@ -6,9 +6,10 @@ use super::intersect::{Hit, Ray, intersect_where, occluded_where, stack};
 use super::lights::sample::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::lights::tree::Receiver;
 use super::observer::{Event, Observer, Path};
-use super::surface::surface_point;
+use super::surface::surface_point_on;
 use super::texture::look_up;
 use super::{Real, Vec3, bsdf, mis, vec3};
+use crate::bvh::precise::HUGE;
 use crate::sampler::draws::PathNumbers;
 use crate::sampler::pixel_address;
 use crate::settings::DEPTH_GUARD;
@@ -91,7 +92,10 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             break;
         };
         let triangle = &scene.triangles[hit.triangle as usize];
-        let mut point = surface_point(triangle, scene.corners.get(hit.triangle as usize), hit.u, hit.v, ray.direction);
+        let is_huge = scene.bvh.class(hit.triangle) & HUGE != 0;
+        let found = is_huge.then(|| ray.origin + ray.direction * hit.t);
+        let corners = scene.corners.get(hit.triangle as usize);
+        let mut point = surface_point_on(triangle, corners, found, [hit.u, hit.v], ray.direction);
         observer.note(&path, Event::Hit(&ray, &hit, point.position));
 
         // shade_emitter
@@ -135,8 +139,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
                     result.shadow_rays += 1;
                     let (direction, tmax) = (light.shadow_direction, light.shadow_tmax);
                     let shadow = Ray { origin: point.origin, direction, tmin: 0.0, tmax };
-                    let there = |hit: &Hit| is_hit(&scene.alpha_masks, hit);
-                    let blocked = occluded_where(&scene.bvh, &shadow, &mut stack, there);
+                    let blocks = |hit: &Hit| light.target.is_blocked_by(hit, tmax) && is_hit(&scene.alpha_masks, hit);
+                    let blocked = occluded_where(&scene.bvh, &shadow, &mut stack, blocks);
                     if !blocked {
                         path.radiance += gain;
                     }

@@ -33,6 +33,8 @@ pub mod mis;
 pub mod observer;
 #[path = "path.rs"]
 pub mod path;
+#[path = "precise.rs"]
+pub mod precise;
 #[path = "surface.rs"]
 pub mod surface;
 #[path = "texture.rs"]

@@ -1,5 +1,6 @@
 //! The point a ray has hit: position, normals on the side the ray came from, and safe places for the next ray to start.
 
+use super::precise::nearest_on_triangle;
 use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
 use crate::fault::{Fault, lost_digits, planted};
@@ -9,16 +10,18 @@ use crate::tables::triangles::TriangleRecord;
 /// Rounding moves a number by at most this fraction of it: 2^-24 in f32.
 pub const HALF_ULP: Real = Real::EPSILON * 0.5;
 
-/// Offsets are this many half-ulps of the coordinates that made the point.
+/// Offsets are this many half-ulps of the coordinates that made the point, as far as they reach along the normal.
 ///
 /// The position is a barycentric sum: its rounding error is below gamma(4) times the sum of |weight x coordinate|
-/// (pbrt-v4 section 6.8.5); the triangle test of the next ray adds a few half-ulps of the same sum, along every axis,
-/// since its shear mixes them. Measured, as rays that hit again the triangle they leave (3e5 points a mesh, most of
+/// (pbrt-v4 section 6.8.5); only the part along the normal counts. What the triangle test of the next ray adds does not depend
+/// on where the triangle lies ([`crate::tables::margins`]). Measured with offsets along all axes, as rays that hit again the triangle they leave (3e5 points a mesh, most of
 /// them next to edges and corners, cosine and grazing directions; spheres, boxes, spot, bunny, teapot; sizes 1e-6, 1
 /// and 1e6, at 0 to 1e3 sizes from the origin): at 0 half-ulps 45 %, at 1 1 %, at 2 7e-4, from 3 on none; a wedge of
 /// 10 degrees needs 8. More would only move contact shadows and carry more points through the walls of acute corners.
-/// Slivers need more: see [`crate::tables::margins`].
 pub const OFFSET_HALF_ULPS: Real = 8.0;
+
+/// The same where a point is made in f64: it and the start of the next ray are rounded once each.
+pub const HUGE_HALF_ULPS: Real = 4.0;
 
 /// Shading normals are bent towards the viewer until they make at least this cosine with the ray (or, nearly along the
 /// surface, the geometric normal's).
@@ -50,11 +53,30 @@ pub fn surface_point(
     v: Real,
     direction: Vec3,
 ) -> SurfacePoint {
+    surface_point_on(triangle, corners, None, [u, v], direction)
+}
+
+/// [`surface_point`]; on a huge triangle, where a barycentric sum is as inexact as the triangle is large, the point is the one
+/// that the ray has `found`.
+pub fn surface_point_on(
+    triangle: &TriangleRecord,
+    corners: Option<&CornerRecord>,
+    found: Option<Vec3>,
+    [u, v]: [Real; 2],
+    direction: Vec3,
+) -> SurfacePoint {
     let weights = inset_weights(u, v, triangle.inset as Real * HALF_ULP);
     let front_normal = vec3(triangle.normal);
     let front = front_normal.dot(direction) < 0.0;
     let normal = if front { front_normal } else { -front_normal };
-    let (position, offset) = point_and_offset(&triangle.vertices, weights, triangle.sliver as Real);
+    let offset = triangle.offset as Real;
+    let (position, offset) = match found {
+        Some(found) => {
+            let position = nearest_on_triangle(triangle.vertices, found);
+            (position, front_normal.abs().dot(position.abs()) * (HUGE_HALF_ULPS * HALF_ULP))
+        }
+        None => point_and_offset(&triangle.vertices, weights, front_normal, offset),
+    };
     let away = normal * offset;
     let mut point = SurfacePoint {
         position,
@@ -147,13 +169,18 @@ fn inset_weights(u: Real, v: Real, inset: Real) -> [Real; 3] {
     [1.0 - u - v, u, v]
 }
 
-/// A barycentric sum, and how far along the normal a ray must start to be off the surface for certain; `sliver` is what
-/// the triangle's shape adds ([`crate::tables::margins`]).
-pub fn point_and_offset(vertices: &[[f32; 3]; 3], weights: [Real; 3], sliver: Real) -> (Vec3, Real) {
+/// A barycentric sum.
+pub fn barycentric_point(vertices: &[[f32; 3]; 3], weights: [Real; 3]) -> Vec3 {
     let [a, b, c] = vertices.map(vec3);
-    let position = a * weights[0] + b * weights[1] + c * weights[2];
+    (a * weights[0] + b * weights[1] + c * weights[2]) * lost_digits(Real::EPSILON as f64) as Real
+}
+
+/// A barycentric sum, and how far along the normal a ray must start to be off the surface for certain; `offset` is what
+/// the triangle test adds ([`crate::tables::margins`]).
+pub fn point_and_offset(vertices: &[[f32; 3]; 3], weights: [Real; 3], normal: Vec3, offset: Real) -> (Vec3, Real) {
+    let position = barycentric_point(vertices, weights);
+    let [a, b, c] = vertices.map(vec3);
     let size = a.abs() * weights[0] + b.abs() * weights[1] + c.abs() * weights[2];
-    let position = position * lost_digits(Real::EPSILON as f64) as Real;
-    let half_ulps = if planted(Fault::WrongOffset) { 0.0 } else { OFFSET_HALF_ULPS };
-    (position, ((size.x + size.y + size.z) * half_ulps + sliver) * HALF_ULP)
+    let kept = if planted(Fault::WrongOffset) { 0.0 } else { 1.0 };
+    (position, (normal.abs().dot(size) * OFFSET_HALF_ULPS + offset) * HALF_ULP * kept)
 }

@@ -91,7 +91,7 @@ impl Start {
         let weights = [1.0 - root, root * (1.0 - w1), root * w1];
         let position = a * weights[0] + b * weights[1] + c * weights[2];
         let size = [a, b, c].map(|v| v.abs().element_sum()).into_iter().fold(0.0, f32::max);
-        let offset = (16.0 * size + record.sliver) * 0.5 * f32::EPSILON;
+        let offset = (16.0 * size + record.offset) * 0.5 * f32::EPSILON;
         let (sine, cosine) = sin_cos_turns(w3);
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         let direction = (tangent * cosine + bitangent * sine) * w2.sqrt() + normal * (1.0 - w2).sqrt();

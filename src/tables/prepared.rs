@@ -77,11 +77,12 @@ impl PreparedScene {
         let degenerate = degenerate_triangles(&geometry);
         let (materials, material_index) = material_table(&desc.materials);
         let emitters = emitter_table(&desc.materials, &geometry, &degenerate);
-        let triangles = triangle_table(&geometry, &degenerate, &material_index, emitters.iter().map(|e| e.triangle));
-        let corners = corner_table(&desc.materials, &geometry, &triangles);
-        let classes = class_table(&triangles, &materials);
         let vertices: Vec<[u32; 3]> = geometry.triangles.iter().map(|t| t.vertices).collect();
         let bvh = Bvh::build(&geometry.positions, &vertices, |id| !degenerate[id as usize]);
+        let emissive = emitters.iter().map(|e| e.triangle);
+        let triangles = triangle_table(&geometry, &degenerate, &material_index, emissive, &bvh);
+        let corners = corner_table(&desc.materials, &geometry, &triangles);
+        let classes = class_table(&triangles, &materials);
         let alpha_masks = AlphaMaskTable::new(desc, &geometry);
         let features = Features::new(desc, &degenerate, &classes, &corners, !alpha_masks.is_empty());
         warnings.extend(emitter_facing::warnings(desc, &geometry, &emitters, &triangles, &bvh));

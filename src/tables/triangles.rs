@@ -3,6 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
+use crate::bvh::Bvh;
+use crate::bvh::precise::PRECISE;
 use crate::scene::flatten::Geometry;
 use crate::scene::validate::is_degenerate;
 use crate::tables::margins::Margins;
@@ -23,8 +25,8 @@ pub struct TriangleRecord {
     pub material: u32,
     /// Index into [`crate::tables::PreparedScene::emitters`], or [`NO_LIGHT`].
     pub light: u32,
-    /// [`Margins::sliver`], scene units.
-    pub sliver: f32,
+    /// [`Margins::offset`], scene units.
+    pub offset: f32,
     /// [`Margins::inset`].
     pub inset: f32,
 }
@@ -50,6 +52,7 @@ pub(super) fn triangle_table(
     degenerate: &[bool],
     material_index: &[u32],
     emissive: impl IntoIterator<Item = u32>,
+    bvh: &Bvh,
 ) -> Vec<TriangleRecord> {
     let mut emissive = emissive.into_iter().enumerate().peekable();
     (0..geometry.triangles.len())
@@ -61,7 +64,8 @@ pub(super) fn triangle_table(
             } else {
                 double_area_vector(vertices).normalize() * if triangle.flipped { -1.0 } else { 1.0 }
             };
-            let margins = if degenerate[id] { Margins::default() } else { Margins::of(vertices) };
+            let precise = bvh.class(id as u32) & PRECISE != 0;
+            let margins = if degenerate[id] { Margins::default() } else { Margins::of(vertices, precise) };
             let light =
                 emissive.next_if(|&(_, emitter)| emitter == id as u32).map_or(NO_LIGHT, |(light, _)| light as u32);
             TriangleRecord {
@@ -69,7 +73,7 @@ pub(super) fn triangle_table(
                 normal: normal.as_vec3().to_array(),
                 material: material_index[triangle.material as usize],
                 light,
-                sliver: margins.sliver,
+                offset: margins.offset,
                 inset: margins.inset,
             }
         })

@@ -66,7 +66,7 @@ fn check_walks(name: &str, bvh: &Bvh, rays: &[Ray], expected: &[Hit]) {
 fn check(scene: &Scene, count: usize) {
     let bvh = scene.bvh();
     let rays = rays(scene, count, 77);
-    let expected: Vec<Hit> = rays.iter().map(|ray| scene.brute_force(ray)).collect();
+    let expected: Vec<Hit> = rays.iter().map(|ray| scene.brute_force(&bvh, ray)).collect();
     check_walks(&scene.name, &bvh, &rays, &expected);
 }
 
@@ -158,7 +158,7 @@ fn coincident_triangles_build_fast_and_shallow() {
     let c = scene.corners(0);
     let centre = [0, 1, 2].map(|k| (c[0][k] + c[1][k] + c[2][k]) / 3.0);
     let ray = Ray { o: [centre[0], centre[1], 5.0], d: [0.0, 0.0, -1.0], tmin: 0.0, tmax: f32::INFINITY };
-    let (t, u, v) = hit_triangle(&ray, c).unwrap();
+    let (t, u, v) = hit_triangle(&ray, c, 0).unwrap();
     check_walks("1e5 copies", &bvh, &[ray], &[(t, 0, u, v)]);
 }
 
@@ -175,7 +175,7 @@ fn triangles_left_out_are_never_hit_and_ids_stay() {
         without.triangles[id] = [0; 3];
     }
     let rays = rays(&scene, 4_000, 3);
-    let expected: Vec<Hit> = rays.iter().map(|ray| without.brute_force(ray)).collect();
+    let expected: Vec<Hit> = rays.iter().map(|ray| without.brute_force(&bvh, ray)).collect();
     check_walks("left out", &bvh, &rays, &expected);
 }
 
@@ -183,7 +183,7 @@ fn triangles_left_out_are_never_hit_and_ids_stay() {
 fn every_leaf_size_gives_the_same_bits() {
     let scene = sphere(12, 16);
     let rays = rays(&scene, 2_000, 4);
-    let expected: Vec<Hit> = rays.iter().map(|ray| scene.brute_force(ray)).collect();
+    let expected: Vec<Hit> = rays.iter().map(|ray| scene.brute_force(&scene.bvh(), ray)).collect();
     for leaf_size in 1..=8 {
         let bvh = Bvh::build_with(&scene.positions, &scene.triangles, |_| true, BuildOptions { leaf_size });
         bvh.validate().unwrap();
@@ -236,7 +236,7 @@ fn all_masks_with_poisoned_idle_lanes() {
         for (mask, eight) in list.chunks(8).enumerate() {
             let active = Mask8::from_bits(mask as u8);
             let whole = packet(eight);
-            let expected: Vec<Hit> = eight.iter().map(|ray| scene.brute_force(ray)).collect();
+            let expected: Vec<Hit> = eight.iter().map(|ray| scene.brute_force(&bvh, ray)).collect();
             for poison in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, 1e38] {
                 let dirty = |v: F32x8| active.select(v, F32x8::splat(poison));
                 let dirty3 = |v: Vec3x8| Vec3x8::new(dirty(v.x), dirty(v.y), dirty(v.z));
@@ -278,7 +278,7 @@ fn rays_of_nonsense_end_and_spoil_no_neighbour() {
             *ray = Ray { o: [pick(), pick(), pick()], d: [pick(), pick(), pick()], tmin: pick(), tmax: pick() };
         }
         let queue = queue(&list);
-        let expected: Vec<Hit> = list.iter().map(|ray| scene.brute_force(ray)).collect();
+        let expected: Vec<Hit> = list.iter().map(|ray| scene.brute_force(&bvh, ray)).collect();
         for walk in bvh.walks() {
             let (mut hits, mut blocked) = (HitQueue::with_len(list.len()), vec![]);
             let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());

@@ -4,6 +4,7 @@
 //! nothing with the crate's walks.
 
 use octray::internal::bvh::Bvh;
+use octray::internal::bvh::precise::{PRECISE, SHARED_EDGES};
 use octray::internal::bvh::ray::NO_HIT;
 use std::f32::consts::PI;
 
@@ -18,7 +19,11 @@ pub struct Ray {
 /// (t, id, u, v)
 pub type Hit = (f32, u32, f32, f32);
 
-pub fn hit_triangle(ray: &Ray, v: [[f32; 3]; 3]) -> Option<(f32, f32, f32)> {
+pub fn hit_triangle(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)> {
+    let counts = |t: f32| t > ray.tmin && t <= ray.tmax;
+    if class & PRECISE != 0 {
+        return hit_in_f64(ray, v, class).filter(|hit| counts(hit.0));
+    }
     let m = ray.d.map(f32::abs);
     let kz = (0..3).find(|&k| (0..3).all(|other| m[k] >= m[other]))?;
     let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
@@ -33,8 +38,59 @@ pub fn hit_triangle(ray: &Ray, v: [[f32; 3]; 3]) -> Option<(f32, f32, f32)> {
         return None;
     }
     let det = (e[0] + e[1]) + e[2];
+    let size = [ax, ay, bx, by, cx, cy].into_iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+    if det.abs() < (size * size) * (1.0 / 128.0) {
+        return hit_in_f64(ray, v, SHARED_EDGES).filter(|hit| counts(hit.0));
+    }
     let t = ((e[0] * az + e[1] * bz) + e[2] * cz) / det;
-    (det != 0.0 && t > ray.tmin && t <= ray.tmax).then_some((t, e[1] / det, e[2] / det))
+    (det != 0.0 && counts(t)).then_some((t, e[1] / det, e[2] / det))
+}
+
+/// As `src/bvh/precise.rs` describes it.
+fn hit_in_f64(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)> {
+    let m = ray.d.map(f32::abs);
+    let kz = (0..3).find(|&k| (0..3).all(|other| m[k] >= m[other]))?;
+    let axes = [(kz + 1) % 3, (kz + 2) % 3, kz];
+    let d = axes.map(|k| ray.d[k] as f64);
+    let raw = v.map(|p| axes.map(|k| p[k] as f64 - ray.o[k] as f64));
+    let p = raw.map(|[x, y, z]| [x - d[0] / d[2] * z, y - d[1] / d[2] * z, z]);
+    let cross = |a: [f64; 3], b: [f64; 3]| a[0] * b[1] - a[1] * b[0];
+    let mut e = [cross(p[2], p[1]), cross(p[0], p[2]), cross(p[1], p[0])];
+    if e[0] + e[1] + e[2] < 0.0 {
+        e = e.map(|e| -e);
+    }
+    let moved = raw.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs())) / 2f64.powi(21);
+    let size = p.map(|p| p[0].abs() + p[1].abs());
+    for i in 0..3 {
+        let room = if class >> i & 1 == 1 { moved * (size[(i + 1) % 3] + size[(i + 2) % 3]) } else { 0.0 };
+        if !(e[i] >= -room) {
+            return None;
+        }
+    }
+    let all = |axis: usize, outside: &dyn Fn(f64) -> bool| p.iter().all(|p| outside(p[axis]));
+    if class & SHARED_EDGES != 0 && (0..2).any(|axis| all(axis, &|x: f64| x > moved) || all(axis, &|x: f64| x < -moved))
+    {
+        return None;
+    }
+    let e = e.map(|e| if e > 0.0 { e } else { 0.0 });
+    let det = e[0] + e[1] + e[2];
+    let largest = size.into_iter().fold(0.0, f64::max);
+    let [a, b, c] = v.map(|p| p.map(f64::from));
+    let minus = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+    let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let (f, g) = (minus(b, a), minus(c, a));
+    let n = [f[1] * g[2] - f[2] * g[1], f[2] * g[0] - f[0] * g[2], f[0] * g[1] - f[1] * g[0]];
+    let t = dot(n, minus(a, ray.o.map(f64::from))) / dot(n, ray.d.map(f64::from));
+    let z = raw.map(|p| p[2] / d[2]);
+    let (first, last) = (z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2]));
+    let t = if t < first {
+        first
+    } else if t > last {
+        last
+    } else {
+        t
+    } as f32;
+    (det > largest * largest / 2f64.powi(36) && t.is_finite()).then_some((t, (e[1] / det) as f32, (e[2] / det) as f32))
 }
 
 pub struct Scene {
@@ -55,9 +111,9 @@ impl Scene {
     pub fn corners(&self, id: usize) -> [[f32; 3]; 3] {
         self.triangles[id].map(|v| self.positions[v as usize])
     }
-    pub fn brute_force(&self, ray: &Ray) -> Hit {
+    pub fn brute_force(&self, bvh: &Bvh, ray: &Ray) -> Hit {
         let hits = (0..self.triangles.len()).filter_map(|id| {
-            let (t, u, v) = hit_triangle(ray, self.corners(id))?;
+            let (t, u, v) = hit_triangle(ray, self.corners(id), bvh.class(id as u32))?;
             Some((t, id as u32, u, v))
         });
         hits.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).unwrap_or((ray.tmax, NO_HIT, 0.0, 0.0))

@@ -1,17 +1,19 @@
 //! Light sampling for eight surface points at a time.
 
-use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
+use crate::bvh::aim;
+use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::alpha_masks::opaque;
 use crate::packet::lights::choose::{Choice, Light8, choose, probability};
 use crate::packet::lights::environment::{map_pdf_dir, sample_map};
 use crate::packet::lights::tree::Receivers;
 use crate::packet::lights::triangle::solid_angles;
 use crate::packet::records::LightColumns;
-use crate::packet::surface::{OFFSET_HALF_ULPS, SurfacePoints, point_and_offset};
+use crate::packet::surface::{SurfacePoints, barycentric_point};
 use crate::packet::texture::{interpolate, look_up};
 use crate::packet::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use crate::sampler::draws::LightDraws;
 use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
+use crate::tables::lights::targets::MISSED;
 
 /// Eight light samples as seen from eight surface points.
 pub struct LightSamples {
@@ -27,8 +29,10 @@ pub struct LightSamples {
     pub pdf_dir: F32x8,
     /// The segments that must be free, from the points' ray origins (not normalised).
     pub shadow_direction: Vec3x8,
-    /// Where they end.
+    /// Where they end: where they hit the triangles they aim at.
     pub shadow_tmax: F32x8,
+    /// The triangles they aim at, with [`MISSED`] where rounding makes them miss.
+    pub target: U32x8,
 }
 
 /// Draws a light sample for every lane; only lanes of `active` are asked for.
@@ -56,6 +60,7 @@ pub fn sample_lights(
         pdf_dir: sky.select(a.pdf_dir, b.pdf_dir),
         shadow_direction: sky.select_vec3(a.shadow_direction, b.shadow_direction),
         shadow_tmax: sky.select(a.shadow_tmax, b.shadow_tmax),
+        target: sky.select_u32(a.target, b.target),
     }
 }
 
@@ -88,37 +93,33 @@ fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Choice,
     let pdf_area = light.pdf_area();
     let solid_angles = solid_angles(&light.vertices, pdf_area, points.origin);
     let weights = solid_angles.sample(u);
-    let (position, offset) = point_and_offset(&light.vertices, weights, far_end(points.origin));
-    let mut light_normal = light.normal;
-    let to_light = position - points.position;
+    let to_light = barycentric_point(&light.vertices, weights) - points.origin;
     let distance_squared = to_light.dot(to_light);
     let direction = to_light.scale(F32x8::ONE / distance_squared.sqrt());
     let cosine = points.normal.dot(direction);
-    let mut light_cosine = -light_normal.dot(direction);
+    let mut light_cosine = -light.normal.dot(direction);
     if lights.two_sided {
         let behind = light.two_sided() & light_cosine.lt(F32x8::ZERO);
         light_cosine = behind.select(-light_cosine, light_cosine);
-        light_normal = behind.select_vec3(-light_normal, light_normal);
     }
     let by_area = pdf_area * distance_squared / light_cosine;
     let pdf_dir = choice.probability * solid_angles.pdf_dir(by_area);
     let zero = F32x8::ZERO;
+    let valid = distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero);
+    let (targets, emitter) = (&lights.targets, choice.emitter.to_array());
+    let (hit, t) = aim(points.origin, to_light, &light.vertices, valid, |lane| targets.class(emitter[lane]));
+    let target =
+        U32x8::from_array(std::array::from_fn::<u32, LANES, _>(|lane| targets.triangle[emitter[lane] as usize]));
     LightSamples {
         direction,
-        valid: distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero),
+        valid,
         cosine,
         radiance: emitted(lights, choice.emitter, &light, weights),
         pdf_dir,
-        shadow_direction: (position + light_normal.scale(offset)) - points.origin,
-        shadow_tmax: F32x8::ONE,
+        shadow_direction: to_light,
+        shadow_tmax: hit.select(t, F32x8::ONE),
+        target: hit.select_u32(target, target | U32x8::splat(MISSED)),
     }
-}
-
-/// What shadow rays' starts add to the offsets of their ends; see the scalar twin.
-#[inline(always)]
-fn far_end(origin: Vec3x8) -> F32x8 {
-    let size = origin.abs();
-    (size.x + size.y + size.z) * F32x8::splat(OFFSET_HALF_ULPS)
 }
 
 /// Densities per steradian with which [`sample_lights`] would have drawn, for `receivers`, the points that rays hit at
@@ -166,5 +167,6 @@ fn sample_environment(
         pdf_dir: choice.probability * pdf_dir,
         shadow_direction: direction,
         shadow_tmax: F32x8::splat(f32::INFINITY),
+        target: U32x8::ZERO,
     }
 }

@@ -1,12 +1,13 @@
 //! Stages: rays through the tree; what is cut out of triangles lets them pass.
 
-use crate::bvh::RayKind;
 use crate::bvh::ray::NO_HIT;
-use crate::lanes::{LANES, Mask8, U32x8};
+use crate::bvh::{RayKind, Scratch, Segments};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 use crate::packet::alpha_masks::pass_alpha_masks;
 use crate::packet::context::StageContext;
 use crate::packet::counters::Counters;
 use crate::packet::queues::{ShadowQueue, TileState};
+use crate::tables::lights::targets::MISSED;
 
 /// Stage: the closest hits of all rays in `paths`.
 pub fn intersect_closest<const ALPHA_MASKS: bool>(
@@ -36,7 +37,8 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
 ) {
     let TileState { shadow, slots, passing, scratch, .. } = state;
     counters.rays.shadow += shadow.len as u64;
-    let ShadowQueue { rays, blocked, hits, len, .. } = shadow;
+    let ShadowQueue { rays, target, blocked, hits, len, .. } = shadow;
+    let aimed = context.decisions.needs.targets;
     // Shadow rays of camera hits start close together; later ones are as scattered as the rays that found their origins.
     let kind = if context.depth == 0 { RayKind::Shadow } else { RayKind::Bounce };
     let scene = context.setup.scene;
@@ -45,14 +47,56 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
         scene.bvh.intersect_queue(kind, rays, 0..*len, hits, scratch, &mut counters.shadow_walk);
         pass_alpha_masks((&scene.bvh, &scene.alpha_masks), (rays, *len), hits, passing, scratch);
         blocked.clear();
-        let hit = |first: usize| !U32x8::load(&hits.triangle, first).eq(U32x8::splat(NO_HIT)).bits();
+        let hit = |first: usize| {
+            let triangle = U32x8::load(&hits.triangle, first);
+            let hit = !triangle.eq(U32x8::splat(NO_HIT));
+            if !aimed {
+                return hit.bits();
+            }
+            // What the rays aim at does not block them, nor what comes after it in the order of closest hits.
+            let before_end = F32x8::load(&hits.t, first).lt(F32x8::load(&rays.tmax, first));
+            (hit & (before_end | triangle.lt_signed(U32x8::load(target, first)))).bits()
+        };
         blocked.extend((0..*len).step_by(LANES).map(hit));
+    } else if aimed {
+        let segments = Segments::aimed(rays, target);
+        scene.bvh.occluded_queue(kind, segments, 0..*len, blocked, scratch, &mut counters.shadow_walk);
     } else {
-        scene.bvh.occluded_queue(kind, rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
+        scene.bvh.occluded_queue(kind, &*rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
+    }
+    if aimed {
+        pass_missed_targets::<ALPHA_MASKS>(context, shadow, scratch);
     }
     for first in (0..shadow.len).step_by(LANES) {
         let active = Mask8::first((shadow.len - first).min(LANES)).bits();
         let free = active & !shadow.blocked[first / LANES];
         slots.add(U32x8::load(&shadow.slot, first), shadow.contribution.load(first), free);
+    }
+}
+
+/// Shadow rays that rounding makes miss the triangles they aim at end at the points they were sent to, and neither those
+/// triangles nor the emitters in the same plane beside them block them. There is hardly ever one.
+fn pass_missed_targets<const ALPHA_MASKS: bool>(
+    context: &StageContext,
+    shadow: &mut ShadowQueue,
+    scratch: &mut Scratch,
+) {
+    let scene = context.setup.scene;
+    for first in (0..shadow.len).step_by(LANES) {
+        let active = Mask8::first((shadow.len - first).min(LANES));
+        let missed = active & U32x8::load(&shadow.target, first).lt_signed(U32x8::ZERO);
+        for row in (first..first + LANES).filter(|row| missed.bits() >> (row - first) & 1 == 1) {
+            let light = scene.triangles[(shadow.target[row] & !MISSED) as usize].light;
+            let passed = context.setup.lights.targets.passed(light);
+            let blocked = if ALPHA_MASKS {
+                let hit = shadow.hits.triangle[row];
+                hit != NO_HIT && !passed.contains(&hit)
+            } else {
+                scene.bvh.occluded_but(&shadow.rays, row, &passed, scratch)
+            };
+            let bit = 1 << (row - first);
+            let bits = &mut shadow.blocked[first / LANES];
+            *bits = if blocked { *bits | bit } else { *bits & !bit };
+        }
     }
 }

@@ -6,10 +6,9 @@ use crate::packet::context::StageContext;
 use crate::packet::lights::sample::{LightSamples, sample_lights};
 use crate::packet::mis;
 use crate::packet::queues::{PathQueue, ShadowQueue, Slots, SurfaceQueue, append_rays};
-use crate::packet::surface::{SurfacePoints, surface_points};
+use crate::packet::surface::{Found, SurfacePoints, surface_points_on};
 use crate::sampler::draws::PathNumbers8;
 use crate::sampler::{ALL_WORDS, LIGHT_WORDS};
-use crate::setup::Setup;
 use crate::strategy::Weight;
 
 /// Eight hits with all that shading reads.
@@ -24,14 +23,22 @@ pub(super) struct Hits {
 
 /// Hits `first .. first + 8` of a queue.
 #[inline(always)]
-pub(super) fn load_hits<const DETAIL: bool>(setup: &Setup, queue: &SurfaceQueue, slots: &Slots, first: usize) -> Hits {
+pub(super) fn load_hits<const DETAIL: bool>(
+    context: &StageContext,
+    queue: &SurfaceQueue,
+    slots: &Slots,
+    first: usize,
+) -> Hits {
+    let StageContext { setup, decisions, .. } = context;
     let active = Mask8::first((queue.len - first).min(LANES));
     // Idle lanes hold what an earlier tile left there; row 0 is always safe to read instead.
     let triangle = active.select_u32(U32x8::load(&queue.triangle, first), U32x8::splat(queue.triangle[0]));
     let slot = active.select_u32(U32x8::load(&queue.slot, first), U32x8::splat(queue.slot[0]));
     let direction = queue.direction.load(first);
     let (u, v) = (F32x8::load(&queue.u, first), F32x8::load(&queue.v, first));
-    let points = surface_points::<DETAIL>((&setup.scene.triangles, &setup.scene.corners), triangle, u, v, direction);
+    let scene = setup.scene;
+    let found = decisions.needs.positions.then(|| Found { bvh: &scene.bvh, position: queue.position.load(first) });
+    let points = surface_points_on::<DETAIL>((&scene.triangles, &scene.corners), found, triangle, u, v, direction);
     let (pixel, sample) = (U32x8::gather(&slots.pixel, slot), U32x8::gather(&slots.sample, slot));
     let numbers = PathNumbers8 { sampler: setup.sampler, seed: setup.seed, pixel, sample };
     Hits { active, points, direction, beta: queue.beta.load(first), slot, numbers }
@@ -85,6 +92,7 @@ pub(super) fn add_light_samples(
     append_rays(&mut shadow.rays, at, hits.points.origin, light.shadow_direction, bits);
     if context.decisions.shadow_tmax.is_none() {
         light.shadow_tmax.compress(bits).store(&mut shadow.rays.tmax, at);
+        light.target.compress(bits).store(&mut shadow.target, at);
     }
     shadow.contribution.append(at, contribution, bits);
     hits.slot.compress(bits).store(&mut shadow.slot, at);

@@ -21,7 +21,7 @@ pub fn shade_specular<S: Specular, const DETAIL: bool>(
     }
     let queue = &surfaces[S::KIND];
     for first in (0..queue.len).step_by(LANES) {
-        let mut hits = load_hits::<DETAIL>(setup, queue, slots, first);
+        let mut hits = load_hits::<DETAIL>(context, queue, slots, first);
         let material = S::load(&setup.scene.materials, hits.points.material);
         let incoming = if DETAIL { S::orient(&mut hits.points, hits.direction) } else { hits.direction };
         let draws = S::draws(&hits.numbers, context.depth);

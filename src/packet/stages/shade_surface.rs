@@ -26,7 +26,7 @@ pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool>(
     let TileState { surfaces, next, shadow, slots, .. } = state;
     let (queue, last) = (&surfaces[B::KIND], context.is_last_event());
     for first in (0..queue.len).step_by(LANES) {
-        let mut hits = load_hits::<DETAIL>(setup, queue, slots, first);
+        let mut hits = load_hits::<DETAIL>(context, queue, slots, first);
         if DETAIL && B::FACES_FORWARD {
             hits.points.face_forward(-hits.direction);
         }

@@ -30,7 +30,7 @@ pub fn sort_hits(context: &StageContext, state: &mut TileState, _: &mut Counters
         let kind = class & U32x8::splat(0x7f);
         for &wanted in kinds {
             let mask = hit & kind.eq(U32x8::splat(wanted as u32));
-            append_surfaces(&mut surfaces[wanted], paths, hits, first, mask);
+            append_surfaces(&mut surfaces[wanted], paths, hits, first, mask, decisions.needs.positions);
         }
     }
 }
@@ -49,7 +49,14 @@ fn append_index(list: &mut IndexList, needed: bool, first: usize, mask: Mask8) {
 }
 
 #[inline(always)]
-fn append_surfaces(queue: &mut SurfaceQueue, paths: &PathQueue, hits: &HitQueue, first: usize, mask: Mask8) {
+fn append_surfaces(
+    queue: &mut SurfaceQueue,
+    paths: &PathQueue,
+    hits: &HitQueue,
+    first: usize,
+    mask: Mask8,
+    positions: bool,
+) {
     let bits = mask.bits();
     if bits == 0 {
         return;
@@ -58,7 +65,12 @@ fn append_surfaces(queue: &mut SurfaceQueue, paths: &PathQueue, hits: &HitQueue,
     U32x8::load(&hits.triangle, first).compress(bits).store(&mut queue.triangle, at);
     F32x8::load(&hits.u, first).compress(bits).store(&mut queue.u, at);
     F32x8::load(&hits.v, first).compress(bits).store(&mut queue.v, at);
-    queue.direction.append(at, paths.rays.packet(first).direction, bits);
+    let rays = paths.rays.packet(first);
+    queue.direction.append(at, rays.direction, bits);
+    if positions {
+        let found = rays.origin + rays.direction.scale(F32x8::load(&hits.t, first));
+        queue.position.append(at, found, bits);
+    }
     queue.beta.append(at, paths.beta.load(first), bits);
     (U32x8::load(&paths.slot, first) & U32x8::splat(SLOT)).compress(bits).store(&mut queue.slot, at);
     queue.len += bits.count_ones() as usize;

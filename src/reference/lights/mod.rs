@@ -1,7 +1,8 @@
 //! Light sampling from one surface point.
 
 use super::{
-    INV_2PI, Real, Vec3, acos_half_turns, alpha_masks, atan2_turns, sin_cos_turns, surface, texture, vec3, warp,
+    INV_2PI, Real, Vec3, acos_half_turns, alpha_masks, atan2_turns, intersect, sin_cos_turns, surface, texture, vec3,
+    warp,
 };
 
 pub mod choose;

@@ -4,4 +4,5 @@ pub mod alias;
 pub mod emitters;
 pub mod environment;
 pub mod table;
+pub mod targets;
 pub mod tree;

@@ -15,10 +15,10 @@ use crate::tables::alpha_masks::AlphaMaskTable;
 use crate::tables::lights::alias::{AliasColumn, alias_table};
 use crate::tables::lights::emitters::Emitter;
 use crate::tables::lights::environment::{Distribution, Environment, EnvironmentMap};
+use crate::tables::lights::targets::Targets;
 use crate::tables::lights::tree::LightTree;
 use crate::tables::prepared::PreparedScene;
 use crate::tables::textures::{NO_TEXTURE, TextureTable};
-use crate::tables::triangles::TriangleRecord;
 
 /// Triangles are sampled by solid angle where the squared distance to their nearest vertex is below this many times
 /// their area. Farther away distances and cosines vary so little that drawing by area is as good in most scenes, and
@@ -39,8 +39,7 @@ pub const LEAST_TANGENT: f32 = 1e-2;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct LightRecord {
-    /// Vertices, scene units; those of slivers moved off the surface by [`crate::tables::margins::Margins::sliver`], so that
-    /// shadow rays to them end before it. (Those of two-sided lights stay: either side may be the far one.)
+    /// Vertices, scene units.
     pub vertices: [[f32; 3]; 3],
     /// Unit normal of the side that emits.
     pub normal: [f32; 3],
@@ -125,6 +124,8 @@ pub enum EnvironmentLight<'a> {
 pub struct LightTable<'a> {
     /// Per emitter of the scene, its record.
     pub records: Vec<LightRecord>,
+    /// Where each of them is among the triangles, for shadow rays.
+    pub targets: Targets,
     /// Pictures on lights, if any light has one.
     pub textures: Option<LightTextures>,
     /// Whether any of them emits on both sides.
@@ -158,7 +159,7 @@ impl<'a> LightTable<'a> {
         let records = scene.emitters.iter().map(|emitter| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
-                vertices: if emitter.two_sided { triangle.vertices } else { off_the_surface(triangle) },
+                vertices: triangle.vertices,
                 normal: triangle.normal,
                 radiance: emitter.radiance,
                 signed_pdf_area: (1.0 / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
@@ -176,6 +177,7 @@ impl<'a> LightTable<'a> {
         });
         LightTable {
             records: records.collect(),
+            targets: Targets::new(scene),
             textures: textures(scene),
             two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
             probabilities: match selection {
@@ -231,13 +233,6 @@ fn power(scene: &PreparedScene, emitter: &Emitter) -> f64 {
     let sides = if emitter.two_sided { 2.0 } else { 1.0 };
     let mean = emitter.texture.map_or(1.0, |(texture, _)| scene.textures.mean(texture).max(1e-6));
     mean * sides * emitter.area * emitter.radiance.iter().map(|&c| c as f64).sum::<f64>()
-}
-
-/// The vertices of an emissive triangle as shadow rays aim at them.
-fn off_the_surface(triangle: &TriangleRecord) -> [[f32; 3]; 3] {
-    let offset = f64::from(triangle.sliver) * 0.5 * f64::from(f32::EPSILON);
-    let moved = |x: f32, axis: usize| (f64::from(x) + f64::from(triangle.normal[axis]) * offset) as f32;
-    triangle.vertices.map(|v| std::array::from_fn(|axis| moved(v[axis], axis)))
 }
 
 /// Light kinds in words, for plans and reports.

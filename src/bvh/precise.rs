@@ -1,0 +1,226 @@
+//! Triangles that single precision is too coarse for, and their test in double precision.
+//!
+//! The common test ([`crate::bvh::triangle`]) sees a triangle as if its corners had moved by a few half-ulps of their
+//! distances from the ray's origin. That is nothing to most triangles. It is much to the width of a sliver, and to whatever
+//! stands on a triangle a thousand times its size. These two kinds are *precise*: whether and where a ray hits them is
+//! worked out in f64. So is, for any triangle, a hit seen so nearly edge-on that rounding could carry it off the triangle.
+//!
+//! What both tests say of an edge must leave no gap where a precise triangle meets a common one. There, and only there, the
+//! precise test takes the edge to lie as far out as the common test may see it.
+
+use crate::bvh::triangle::{PERMUTATION, dominant_axis};
+use glam::DVec3;
+use obvhs::bvh2::Bvh2;
+use std::collections::{HashMap, HashSet};
+
+/// The triangle is tested in f64.
+pub const PRECISE: u8 = 1 << 3;
+/// It is precise because something far smaller lies on it.
+pub const HUGE: u8 = 1 << 4;
+/// The edges that a precise triangle shares with a common one, a bit each: those opposite the first, second, third corner.
+pub const SHARED_EDGES: u8 = 0b111;
+
+/// Triangles are slivers beyond this aspect (longest edge over height). Up to it the common test errs, along the normal, by
+/// less than 1e-4 of the height.
+const SLIVER_ASPECT: f64 = 64.0;
+/// A triangle is huge if one so many times smaller lies on it: rays that leave the huge one then start 1e-4 of the size of
+/// the small one too high. (A thousandth of a floor is a usual size for a triangle of what stands on it.)
+const HUGE_RATIO: f32 = 256.0;
+/// What lies within this part of its longest edge from its box lies on a triangle.
+const ON_IT: f32 = 1.0 / 64.0;
+/// Half-ulps of the corners' distances by which the common test may move an edge, with a factor of 1.8 to spare.
+const MOVED: f64 = 1.0 / (1 << 21) as f64;
+/// Where the projected area is this small a part of the corners' squared distances, f64 is too coarse as well.
+const LEAST_AREA: f64 = 1.0 / (1u64 << 36) as f64;
+
+/// The class of every triangle: 0, or [`PRECISE`], [`HUGE`] and its [`SHARED_EDGES`]. Empty if all are common. `tree` holds
+/// those that are to be looked at.
+pub(super) fn classify(tree: &Bvh2, count: usize, vertices: impl Fn(u32) -> [[f32; 3]; 3]) -> Vec<u8> {
+    let longest: Sizes = tree.primitive_indices.iter().map(|&id| (id, longest_edge(vertices(id)))).collect();
+    let mut classes = Vec::new();
+    let mut mark = |id: u32, class: u8| {
+        if classes.is_empty() {
+            classes.resize(count, 0u8);
+        }
+        classes[id as usize] |= class;
+    };
+    for &(id, _) in longest.iter().filter(|&&(id, _)| aspect(vertices(id)) > SLIVER_ASPECT) {
+        mark(id, PRECISE);
+    }
+    let smallest = smallest_below(tree, &longest);
+    for &(id, size) in &longest {
+        if lies_on(tree, &smallest, bounds(vertices(id), size * ON_IT), size / HUGE_RATIO) {
+            mark(id, PRECISE | HUGE);
+        }
+    }
+    mark_shared_edges(&mut classes, &tree.primitive_indices, &vertices);
+    classes
+}
+
+/// Ids with sizes, in the order of the tree's primitives.
+type Sizes = Vec<(u32, f32)>;
+
+fn longest_edge([a, b, c]: [[f32; 3]; 3]) -> f32 {
+    let edge = |p: [f32; 3], q: [f32; 3]| DVec3::from(p.map(f64::from)).distance(DVec3::from(q.map(f64::from)));
+    edge(a, b).max(edge(b, c)).max(edge(c, a)) as f32
+}
+
+/// Longest edge over height.
+pub fn aspect(vertices: [[f32; 3]; 3]) -> f64 {
+    let [a, b, c] = vertices.map(|v| DVec3::from(v.map(f64::from)));
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    longest * longest / (b - a).cross(c - a).length()
+}
+
+fn bounds(vertices: [[f32; 3]; 3], margin: f32) -> [[f32; 2]; 3] {
+    std::array::from_fn(|axis| {
+        let [a, b, c] = vertices.map(|vertex| vertex[axis]);
+        [a.min(b).min(c) - margin, a.max(b).max(c) + margin]
+    })
+}
+
+/// Per node of `tree`, the smallest triangle below it.
+fn smallest_below(tree: &Bvh2, longest: &Sizes) -> Vec<f32> {
+    let mut smallest = vec![f32::INFINITY; tree.nodes.len()];
+    for (index, node) in tree.nodes.iter().enumerate().rev() {
+        let first = node.first_index as usize;
+        smallest[index] = if node.is_leaf() {
+            longest[first..first + node.prim_count as usize].iter().fold(f32::INFINITY, |least, one| least.min(one.1))
+        } else {
+            smallest[first].min(smallest[first + 1])
+        };
+    }
+    smallest
+}
+
+/// Whether a triangle smaller than `size` has a box that meets `bounds`.
+fn lies_on(tree: &Bvh2, smallest: &[f32], bounds: [[f32; 2]; 3], size: f32) -> bool {
+    if smallest.first().is_none_or(|&least| least >= size) {
+        return false;
+    }
+    let mut pending = vec![0];
+    while let Some(index) = pending.pop() {
+        let node = &tree.nodes[index];
+        let (min, max) = (node.min.to_array(), node.max.to_array());
+        let meets = (0..3).all(|axis| min[axis] <= bounds[axis][1] && max[axis] >= bounds[axis][0]);
+        if meets && smallest[index] < size {
+            if node.is_leaf() {
+                return true;
+            }
+            pending.extend([node.first_index as usize, node.first_index as usize + 1]);
+        }
+    }
+    false
+}
+
+/// An edge: the bits of its two corners, the lower first.
+type Edge = [[u32; 3]; 2];
+
+fn edge_of(vertices: [[f32; 3]; 3], opposite: usize) -> Edge {
+    let (a, b) = (place(vertices[(opposite + 1) % 3]), place(vertices[(opposite + 2) % 3]));
+    if a < b { [a, b] } else { [b, a] }
+}
+
+/// The bits of a corner; both zeros are one place.
+fn place(corner: [f32; 3]) -> [u32; 3] {
+    corner.map(|x| (x + 0.0).to_bits())
+}
+
+/// Finds the edges that precise triangles share with common ones.
+fn mark_shared_edges(classes: &mut [u8], ids: &[u32], vertices: &impl Fn(u32) -> [[f32; 3]; 3]) {
+    if classes.is_empty() {
+        return;
+    }
+    let mut owners: HashMap<Edge, Vec<(u32, u8)>> = HashMap::new();
+    let mut corners: HashSet<[u32; 3]> = HashSet::new();
+    for &id in ids.iter().filter(|&&id| classes[id as usize] & PRECISE != 0) {
+        let v = vertices(id);
+        corners.extend(v.map(place));
+        for opposite in 0..3 {
+            owners.entry(edge_of(v, opposite)).or_default().push((id, 1 << opposite));
+        }
+    }
+    for &id in ids.iter().filter(|&&id| classes[id as usize] & PRECISE == 0).collect::<Vec<_>>() {
+        let v = vertices(id);
+        let known = v.map(|corner| corners.contains(&place(corner)));
+        for opposite in (0..3).filter(|&i| known[(i + 1) % 3] && known[(i + 2) % 3]) {
+            for &(owner, bit) in owners.get(&edge_of(v, opposite)).into_iter().flatten() {
+                classes[owner as usize] |= bit;
+            }
+        }
+    }
+}
+
+/// What the test in f64 finds, rounded once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PreciseHit {
+    /// Ray parameter.
+    pub t: f32,
+    /// Weight of the second corner.
+    pub u: f32,
+    /// Weight of the third corner.
+    pub v: f32,
+}
+
+/// A ray, ready for the test in f64.
+pub(super) struct PreciseRay {
+    origin: DVec3,
+    direction: DVec3,
+    axes: [usize; 3],
+}
+
+impl PreciseRay {
+    pub(super) fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        let axes = PERMUTATION[dominant_axis(direction[0], direction[1], direction[2])];
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        Self { origin: wide(origin), direction: wide(direction), axes }
+    }
+
+    /// The hit on a triangle of class `class`, at any `t`: as [`crate::bvh::triangle`] has it, in f64, edges that are shared
+    /// moved out by what that test may move them. `t` is that of the triangle's plane, which is exact for planes along axes: a
+    /// ray may leave a floor at y = 0 from y = 0.
+    pub(super) fn hit(&self, vertices: [[f32; 3]; 3], class: u8) -> Option<PreciseHit> {
+        let [kx, ky, kz] = self.axes;
+        let [p, q, r] = vertices.map(|v| DVec3::from(v.map(f64::from)));
+        let seen = [p - self.origin, q - self.origin, r - self.origin];
+        let reach = seen.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+        let depth = self.direction[kz];
+        let shear = [self.direction[kx] / depth, self.direction[ky] / depth];
+        let [[ax, ay], [bx, by], [cx, cy]] = seen.map(|v| [v[kx] - shear[0] * v[kz], v[ky] - shear[1] * v[kz]]);
+        let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
+        let sign = if (u + v) + w < 0.0 { -1.0 } else { 1.0 };
+        let (u, v, w) = (u * sign, v * sign, w * sign);
+        let moved = MOVED * reach;
+        let (a, b, c) = (ax.abs() + ay.abs(), bx.abs() + by.abs(), cx.abs() + cy.abs());
+        let room = |bit: u8, sum: f64| if class & bit != 0 { moved * sum } else { 0.0 };
+        if !(u >= -room(1, b + c) && v >= -room(2, c + a) && w >= -room(4, a + b)) {
+            return None;
+        }
+        if class & SHARED_EDGES != 0 {
+            // Within reach of all three lines, yet away from the triangle: seen edge-on.
+            let beside = |p: f64, q: f64, r: f64| p.min(q).min(r) > moved || p.max(q).max(r) < -moved;
+            if beside(ax, bx, cx) || beside(ay, by, cy) {
+                return None;
+            }
+        }
+        let [u, v, w] = [u, v, w].map(|edge| if edge > 0.0 { edge } else { 0.0 });
+        let det = (u + v) + w;
+        let size = a.max(b).max(c);
+        if !(det > LEAST_AREA * (size * size)) {
+            return None;
+        }
+        let normal = (q - p).cross(r - p);
+        let t = normal.dot(seen[0]) / normal.dot(self.direction);
+        // Between the corners, whatever rounding makes of a plane seen edge-on.
+        let [a, b, c] = seen.map(|v| v[kz] / depth);
+        let (first, last) = (a.min(b).min(c), a.max(b).max(c));
+        let t = (if t < first {
+            first
+        } else if t > last {
+            last
+        } else {
+            t
+        }) as f32;
+        t.is_finite().then_some(PreciseHit { t, u: (v / det) as f32, v: (w / det) as f32 })
+    }
+}

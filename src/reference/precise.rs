@@ -1,0 +1,111 @@
+//! Triangles that single precision is too coarse for, in double precision, whatever `Real` is.
+
+use super::intersect::{Hit, Ray};
+use super::{Real, Vec3, vec3};
+use crate::bvh::precise::SHARED_EDGES;
+use glam::DVec3;
+
+/// Half-ulps (2^-24) of the corners' distances by which the test in single precision may move an edge: 8.
+const MOVED: f64 = 8.0 / 16_777_216.0;
+
+/// What the projected area must exceed in parts of the squared size, for double precision to be good enough.
+const LEAST_AREA: f64 = 1.0 / 68_719_476_736.0;
+
+/// The hit of a ray on a triangle of class `class`, at any `t`, rounded once to f32. The test of Woop, Benthin and Wald
+/// (2013) in f64. Edges that precise triangles share with common ones lie as far out as the test in f32 may see them: the two
+/// tests then leave no gap between the two triangles.
+pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u8) -> Option<Hit> {
+    // The direction's dominant axis becomes z.
+    let d = wide(ray.direction).to_array();
+    let z = if d[0].abs() >= d[1].abs() && d[0].abs() >= d[2].abs() {
+        0
+    } else if d[1].abs() >= d[2].abs() {
+        1
+    } else {
+        2
+    };
+    let axes = [(z + 1) % 3, (z + 2) % 3, z];
+    let origin = wide(ray.origin).to_array();
+    let seen = vertices.map(|v| {
+        let from_origin = axes.map(|axis| v[axis] as f64 - origin[axis]);
+        DVec3::from(from_origin)
+    });
+    let reach = seen.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let (shear_x, shear_y) = (d[axes[0]] / d[z], d[axes[1]] / d[z]);
+    let [a, b, c] = seen.map(|v| DVec3::new(v.x - shear_x * v.z, v.y - shear_y * v.z, v.z));
+
+    // Edge functions, positive inside.
+    let mut edges = [c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x];
+    if edges[0] + edges[1] + edges[2] < 0.0 {
+        edges = edges.map(|edge| edge * -1.0);
+    }
+    let moved = MOVED * reach;
+    let sizes = [a, b, c].map(|v| v.x.abs() + v.y.abs());
+    for i in 0..3 {
+        let shared = class & (1 << i) != 0;
+        let room = if shared { moved * (sizes[(i + 1) % 3] + sizes[(i + 2) % 3]) } else { 0.0 };
+        if !(edges[i] >= -room) {
+            return None;
+        }
+    }
+    // A triangle seen edge-on may have the ray within reach of its three lines and still lie beside it.
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let beside = low.x > moved || low.y > moved || high.x < -moved || high.y < -moved;
+    if class & SHARED_EDGES != 0 && beside {
+        return None;
+    }
+    let [u, v, w] = edges.map(|edge| if edge > 0.0 { edge } else { 0.0 });
+    let det = u + v + w;
+    let size = sizes.into_iter().fold(0.0, f64::max);
+    if !(det > LEAST_AREA * (size * size)) {
+        return None;
+    }
+    // Of the plane, but between the corners.
+    let [p, q, r] = vertices.map(|v| DVec3::from(v.map(f64::from)));
+    let normal = (q - p).cross(r - p);
+    let t = normal.dot(p - wide(ray.origin)) / normal.dot(wide(ray.direction));
+    let at = [a, b, c].map(|v| v.z / d[z]);
+    let (first, last) =
+        (at.into_iter().fold(f64::INFINITY, f64::min), at.into_iter().fold(f64::NEG_INFINITY, f64::max));
+    let t = (if t < first {
+        first
+    } else if t > last {
+        last
+    } else {
+        t
+    }) as f32;
+    let (u, v) = ((v / det) as f32, (w / det) as f32);
+    t.is_finite().then_some(Hit { t: t as Real, triangle, u: u as Real, v: v as Real })
+}
+
+/// The point of a triangle next to `p`, rounded once to f32.
+///
+/// What is known best of a point on a triangle far larger than what lies on it is where the ray has found it: the barycentric
+/// weights, exact to 2^-24, place it no better than 2^-24 of the triangle. So `p` moves onto the plane, and off each edge by 32
+/// half-ulps of its own coordinates across that edge (or a sixteenth of the height, where that is less): rounding then does not
+/// put it behind the wall that meets the triangle there.
+pub fn nearest_on_triangle(vertices: [[f32; 3]; 3], p: Vec3) -> Vec3 {
+    let v = vertices.map(|v| DVec3::from(v.map(f64::from)));
+    let n = (v[1] - v[0]).cross(v[2] - v[0]);
+    let p = wide(p);
+    let mut p = p - n * (n.dot(p - v[0]) / n.dot(n));
+    for i in 0..3 {
+        let (from, to) = (v[(i + 1) % 3], v[(i + 2) % 3]);
+        let edge = to - from;
+        let across = n.cross(edge);
+        let length = across.dot(across).sqrt();
+        let across = across * (1.0 / length);
+        let wanted = 32.0 / 16_777_216.0 * across.abs().dot(p.abs());
+        let height = length / edge.dot(edge);
+        let wanted = if wanted < height * (1.0 / 16.0) { wanted } else { height * (1.0 / 16.0) };
+        let distance = across.dot(p - from);
+        if wanted - distance > 0.0 {
+            p += across * (wanted - distance);
+        }
+    }
+    vec3(p.to_array().map(|x| x as f32))
+}
+
+fn wide(v: Vec3) -> DVec3 {
+    DVec3::new(v.x as f64, v.y as f64, v.z as f64)
+}
