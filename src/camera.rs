@@ -65,6 +65,9 @@ impl Camera {
 fn axes(desc: &CameraDesc) -> [DVec3; 3] {
     if let Some(rows) = &desc.to_world {
         let column = |i: usize| DVec3::from(rows.map(|row| row[i]));
+        if planted(Fault::ScaledAxes) {
+            return [-column(2).normalize(), column(0), -column(1)];
+        }
         return [-column(2), column(0), -column(1)];
     }
     let forward = (DVec3::from(desc.look_at) - DVec3::from(desc.position)).normalize();

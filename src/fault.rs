@@ -31,13 +31,74 @@ pub enum Fault {
     /// Scenes too large, too small or too far off for f32 are taken without a word.
     NoScaleLimits,
     /// Rays start on the other side of the triangle they leave.
-    WrongOffset,
+    OppositeOffset,
     /// Every seventh triangle is missing in the tree.
     LostTriangle,
     /// The camera's eye lies a thousandth farther from the origin.
     EyeElsewhere,
     /// The walk of single rays finds nothing.
     BlindWalk,
+    /// Pixels add their samples in f32.
+    F32Sum,
+    /// Samples that are not finite are added to pixels.
+    TakenThoughNotFinite,
+    /// A render that goes on from a picture forgets what that holds.
+    LostPass,
+    /// Image files hold other values than the film.
+    RoundedFile,
+    /// Camera rays go through the film one and a half pixels beside.
+    ShiftedFilm,
+    /// Scalars in f32 alone: rays through a lens are longer than 1.
+    DirectionNotUnit,
+    /// A lens is in focus elsewhere.
+    WrongFocus,
+    /// Of a matrix that places a camera one axis is normalised, the others not.
+    ScaledAxes,
+    /// Loading warns of nothing.
+    SilentLimits,
+    /// The scalar triangle test shears rays wrongly.
+    WrongShear,
+    /// The scalar triangle test leaves out its edges.
+    ClosedEdges,
+    /// Packets let rays hit that are not made of numbers.
+    NoNumbersHit,
+    /// Rays start on the surface that they leave.
+    WrongOffset,
+    /// The axes of a frame are not perpendicular.
+    SkewedFrame,
+    /// Cosine-weighted directions are too long.
+    LongDirection,
+    /// Microfacets hide too little of each other.
+    LostMasking,
+    /// Dielectrics reflect too much, and absorb none of it.
+    BrightCoat,
+    /// Samples of metals and coats state a density that is not theirs.
+    StaleDensity,
+    /// Fresnel reflectances are no numbers at grazing angles.
+    NoNumberAtGrazing,
+    /// Glass refracts by another index than it says.
+    WrongRefraction,
+    /// Diffuse surfaces reflect more than their albedo.
+    BrightAlbedo,
+    /// Rows of an environment map are taken for taller than they are.
+    TallRows,
+    /// Directions are looked up in the wrong column and row of an environment map.
+    ShiftedLookup,
+    /// Pictures state a quarter of their error.
+    SmallErrors,
+    /// In f32 alone the kernels of the reference are off by a thousandth.
+    LostDigits,
+    /// In f32 alone the scalar triangle test leaves out a twentieth along each edge.
+    SmallTriangles,
+    /// A black environment map is taken for a light.
+    BlackMapTaken,
+}
+
+/// What code that is compiled for f32 and f64 multiplies a value with, `epsilon` being its own: 1, unless
+/// [`Fault::LostDigits`] is planted.
+#[inline(always)]
+pub fn lost_digits(epsilon: f64) -> f64 {
+    if planted(Fault::LostDigits) && epsilon > 1e-10 { 1.001 } else { 1.0 }
 }
 
 /// Whether `fault` is to be committed here.

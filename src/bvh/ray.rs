@@ -1,5 +1,6 @@
 //! Rays and hits: single, packets of eight lanes, and queues of any length (one array a field); what walks count.
 
+use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
 /// The triangle id of a ray that hits nothing.
@@ -31,7 +32,7 @@ impl Ray {
     pub(super) fn is_finite(&self) -> bool {
         let [[ox, oy, oz], [dx, dy, dz]] = [self.origin, self.direction];
         let nothing = ((ox * 0.0 + oy * 0.0) + (oz * 0.0 + dx * 0.0)) + (dy * 0.0 + dz * 0.0);
-        nothing == 0.0 && !self.tmin.is_nan() && !self.tmax.is_nan()
+        (nothing == 0.0 || planted(Fault::NoNumbersHit)) && !self.tmin.is_nan() && !self.tmax.is_nan()
     }
 }
 

@@ -26,7 +26,21 @@ const FAULTS: &[&[(Fault, &[&str])]] = &[
 ];
 
 /// Rows that fail without a fault of ours: what they watch over is not cured yet.
-const UNCURED: &[&str] = &[];
+const UNCURED: &[&str] = &[
+    "directions/any_length",
+    "materials/plastic_energy",
+    "environment/polar_row_of_256",
+    "environment/polar_row_of_4096",
+    "environment/polar_row_of_16384",
+    "environment/total_power",
+    "camera/narrowest_views_are_told",
+    "camera/lens_focused_far_away",
+    "film/variances_read_back",
+    "error_bars/target_error_of_rare_light",
+    "error_bars/target_error_of_a_caustic",
+    "yardstick/triangle_t_of_slivers",
+    "yardstick/environment_directions",
+];
 
 const QUICK: Effort = Effort { level: Level::Quick, threads: 1 };
 

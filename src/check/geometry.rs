@@ -308,7 +308,7 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
             ],
         ),
         (
-            WrongOffset,
+            OppositeOffset,
             &[
                 "geometry/leaks_of_cubes_anywhere",
                 "geometry/leaks_where_walls_cross_a_huge_ground",

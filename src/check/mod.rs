@@ -13,6 +13,7 @@
 mod faults;
 pub mod item;
 pub mod numbers;
+pub mod rays;
 pub mod row;
 pub mod scenes;
 pub mod shots;

@@ -99,6 +99,86 @@ impl Exact {
     }
 }
 
+/// Errors of a kernel against its truth: the largest, and how they are spread.
+#[derive(Clone, Debug)]
+pub struct Errors {
+    /// How many there are.
+    pub count: u64,
+    /// The largest, in ulp.
+    pub largest: f64,
+    /// The largest, relative to the truth.
+    pub relative: f64,
+    /// The inputs of the largest.
+    pub at: String,
+    /// Counts by the eighths of octaves from 2^-8 ulp on.
+    bins: [u64; BINS],
+    /// The same of relative errors, from 2^-40 on.
+    relative_bins: [u64; BINS],
+}
+
+const BINS: usize = 512;
+
+impl Default for Errors {
+    fn default() -> Errors {
+        Errors { count: 0, largest: 0.0, relative: 0.0, at: String::new(), bins: [0; BINS], relative_bins: [0; BINS] }
+    }
+}
+
+impl Errors {
+    /// Takes a value in whose truth is known; `at` names the inputs.
+    pub fn add(&mut self, value: f32, truth: f64, at: impl FnOnce() -> String) {
+        self.add_scaled(value, truth, truth, at);
+    }
+
+    /// Takes a value in whose error is measured in ulp of `size`, not of the truth itself: where terms of that size cancel.
+    pub fn add_scaled(&mut self, value: f32, truth: f64, size: f64, at: impl FnOnce() -> String) {
+        let value = f64::from(value);
+        let exponent = size.abs().max(f64::from(f32::MIN_POSITIVE)).log2().floor().clamp(-126.0, 127.0);
+        let same = value == truth || value.is_nan() && truth.is_nan();
+        let error = if same { 0.0 } else { (value - truth).abs() / (exponent - 23.0).exp2() };
+        let relative = if same { 0.0 } else { (value - truth).abs() / size.abs().max(f64::from(f32::MIN_POSITIVE)) };
+        self.count += 1;
+        self.bins[bin(error, -8.0)] += 1;
+        self.relative_bins[bin(relative, -40.0)] += 1;
+        if worse(relative, self.relative) {
+            self.relative = relative;
+        }
+        if worse(error, self.largest) {
+            self.largest = error;
+            self.at = at();
+        }
+    }
+
+    /// What 9,999 of 10,000 errors do not exceed, in ulp and relative.
+    pub fn usual(&self) -> [f64; 2] {
+        let of = |bins: &[u64; BINS], first: f64| {
+            let (mut left, mut at) = (self.count / 10_000, BINS - 1);
+            while at > 0 && bins[at] <= left {
+                left -= bins[at];
+                at -= 1;
+            }
+            if at == 0 { 0.0 } else { (first + at as f64 / 8.0).exp2() }
+        };
+        [of(&self.bins, -8.0), of(&self.relative_bins, -40.0)]
+    }
+
+    /// All of it in words.
+    pub fn note(&self) -> String {
+        let [ulp, relative] = self.usual();
+        let Errors { largest, relative: most, at, .. } = self;
+        format!("largest {largest:.3} ulp ({most:.1e}) at {at}; 99.99 % within {ulp:.3} ulp ({relative:.1e})")
+    }
+}
+
+/// The bin of an error, upper end included.
+fn bin(error: f64, first: f64) -> usize {
+    match error {
+        error if error <= 0.0 => 0,
+        error if error.is_nan() => BINS - 1,
+        error => (((error.log2() - first) * 8.0).ceil().max(0.0) as usize).min(BINS - 1),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,6 +192,20 @@ mod tests {
         );
         assert_eq!(ulps(f64::NAN, f64::NAN), 0.0);
         assert!(ulps(f64::NAN, 1.0).is_nan() && ulps(f64::INFINITY, 1.0) == f64::INFINITY);
+    }
+
+    #[test]
+    fn errors_have_a_largest_and_a_spread() {
+        let mut errors = Errors::default();
+        for i in 0..100_000 {
+            let error = if i % 20_000 == 7 { 32.0 } else { 1.0 };
+            errors.add(1.0 + error * f32::EPSILON, 1.0, || i.to_string());
+        }
+        let [ulp, relative] = errors.usual();
+        assert_eq!((errors.largest, errors.relative, &errors.at[..]), (32.0, 32.0 * f64::from(f32::EPSILON), "7"));
+        assert!((ulp - 1.0).abs() < 0.1 && (relative / f64::from(f32::EPSILON) - 1.0).abs() < 0.1, "{ulp} {relative}");
+        errors.add(f32::NAN, 1.0, || "nan".into());
+        assert!(errors.largest.is_nan());
     }
 
     #[test]

@@ -23,6 +23,9 @@ pub struct CheckArgs {
     /// A hundred times as many rays and samples
     #[arg(long)]
     thorough: bool,
+    /// Also what was found besides the figure, below each row that holds
+    #[arg(long)]
+    notes: bool,
     /// Checks made at once [default: one for every core]
     #[arg(long, value_name = "N", value_parser = args::positive, allow_negative_numbers = true)]
     threads: Option<u32>,
@@ -40,7 +43,7 @@ pub fn run(args: &CheckArgs) -> Result<u8> {
     let failed: Mutex<Option<crate::error::Error>> = Mutex::new(None);
     let told = |row: &Row| {
         if !args.json.to_standard_output()
-            && let Err(error) = print(&line(row))
+            && let Err(error) = print(&line(row, args.notes))
         {
             *failed.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(error);
         }
@@ -69,15 +72,18 @@ pub fn run(args: &CheckArgs) -> Result<u8> {
     Ok((failures > 0) as u8)
 }
 
-/// A row: its name, what was tried, figure, bound, the verdict, seconds; below it what else there is to say.
-fn line(row: &Row) -> String {
+/// A row: the verdict, its name, figure, bound, seconds, what was tried; below it what else there is to say of failures.
+fn line(row: &Row, notes: bool) -> String {
     let verdict = if row.pass { "pass" } else { "FAIL" };
     let (tried, figure, bound) = (format!("{} {}", count(row.cases), row.tried), number(row.figure), bound(row.bound));
     let mut text =
         format!("{verdict}  {:36}  {:>9}  {:>10}  {:6.2} s  {tried}\n", row.name, figure, bound, row.seconds);
-    let notes = [(&row.note, ""), (row.trace.as_ref().unwrap_or(&String::new()), "look at it: ")]
-        .map(|(text, head)| if text.is_empty() { String::new() } else { format!("      {head}{text}\n") });
-    text += &notes.concat();
+    if !row.note.is_empty() && (notes || !row.pass || row.bound == f64::INFINITY) {
+        text += &format!("      {}\n", row.note);
+    }
+    if let Some(command) = &row.trace {
+        text += &format!("      look at it: {command}\n");
+    }
     text
 }
 

@@ -1,5 +1,6 @@
 //! The relative error of many pixels together, estimated from the spread of their own samples.
 
+use crate::fault::{Fault, planted};
 use crate::film::sums::Sums;
 
 /// What the error estimate needs of some pixels with equally many samples.
@@ -24,6 +25,7 @@ impl ErrorSums {
         }
         for (index, pixel) in pixels.pixels.iter().enumerate() {
             let variance = pixels.variance(index).iter().sum::<f64>() / 3.0;
+            let variance = if planted(Fault::SmallErrors) { variance / 16.0 } else { variance };
             sums.variance += variance;
             sums.variance_squares += variance * variance;
             sums.mean += pixel.sum.iter().sum::<f64>() / (3.0 * pixels.spp as f64);

@@ -1,5 +1,6 @@
 //! What pixels gather: sums and sums of squares, added in sample order, and the variance they tell.
 
+use crate::fault::{Fault, planted};
 use crate::sampler::sobol::GROUPS;
 
 /// What one pixel has gathered, per channel (linear Rec.709 radiance, W sr^-1 m^-2).
@@ -15,13 +16,17 @@ impl Pixel {
     /// Adds one sample; true if it was finite, else it is left out (and still counts as a sample of value 0).
     #[inline(always)]
     pub fn add(&mut self, radiance: [f32; 3]) -> bool {
-        if !radiance.iter().all(|c| c.is_finite()) {
+        if !radiance.iter().all(|c| c.is_finite()) && !planted(Fault::TakenThoughNotFinite) {
             return false;
         }
         for (channel, value) in radiance.into_iter().enumerate() {
             let value = value as f64;
             self.sum[channel] += value;
             self.sum_squares[channel] += value * value;
+            if planted(Fault::F32Sum) {
+                self.sum[channel] = f64::from(self.sum[channel] as f32);
+                self.sum_squares[channel] = f64::from(self.sum_squares[channel] as f32);
+            }
         }
         true
     }
@@ -43,6 +48,9 @@ impl GroupSums {
         let sums = &mut self.0[(sample % GROUPS) as usize];
         for (sum, value) in sums.iter_mut().zip(radiance) {
             *sum += value as f64;
+            if planted(Fault::F32Sum) {
+                *sum = f64::from(*sum as f32);
+            }
         }
     }
 

@@ -22,8 +22,13 @@ fn ratio(p_a: Real, p_b: Real) -> Real {
     match () {
         _ if planted(Fault::SwappedPdf) => p_a / p_b,
         _ if planted(Fault::DensityTwice) => 2.0 * p_b / p_a,
-        _ if planted(Fault::WeightOfNoNumber) && (p_b / p_a).is_nan() => Real::INFINITY,
-        _ if planted(Fault::WeightOfNoNumber) => 1.0000005 * p_b / p_a,
+        _ if planted(Fault::WeightOfNoNumber) && Real::EPSILON > 1e-10 => {
+            if (p_b / p_a).is_nan() {
+                Real::INFINITY
+            } else {
+                1.000_001 * p_b / p_a
+            }
+        }
         _ => p_b / p_a,
     }
 }

@@ -3,6 +3,7 @@
 use super::precise::nearest_on_triangle;
 use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
+use crate::fault::{Fault, lost_digits, planted};
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
 use crate::tables::triangles::TriangleRecord;
 
@@ -171,7 +172,7 @@ fn inset_weights(u: Real, v: Real, inset: Real) -> [Real; 3] {
 /// A barycentric sum.
 pub fn barycentric_point(vertices: &[[f32; 3]; 3], weights: [Real; 3]) -> Vec3 {
     let [a, b, c] = vertices.map(vec3);
-    a * weights[0] + b * weights[1] + c * weights[2]
+    (a * weights[0] + b * weights[1] + c * weights[2]) * lost_digits(Real::EPSILON as f64) as Real
 }
 
 /// A barycentric sum, and how far along the normal a ray must start to be off the surface for certain; `offset` is what
@@ -180,5 +181,6 @@ pub fn point_and_offset(vertices: &[[f32; 3]; 3], weights: [Real; 3], normal: Ve
     let position = barycentric_point(vertices, weights);
     let [a, b, c] = vertices.map(vec3);
     let size = a.abs() * weights[0] + b.abs() * weights[1] + c.abs() * weights[2];
-    (position, (normal.abs().dot(size) * OFFSET_HALF_ULPS + offset) * HALF_ULP)
+    let kept = if planted(Fault::WrongOffset) { 0.0 } else { 1.0 };
+    (position, (normal.abs().dot(size) * OFFSET_HALF_ULPS + offset) * HALF_ULP * kept)
 }

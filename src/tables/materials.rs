@@ -197,7 +197,7 @@ impl MaterialRecord {
         let mut record = MaterialRecord { ior: 1.5, alpha: 1.0, texture: NO_TEXTURE, ..MaterialRecord::zeroed() };
         let kind = match desc.scattering {
             Scattering::Diffuse { albedo } => {
-                record.color = f32s(albedo);
+                record.color = f32s(albedo.map(|c| if planted(Fault::BrightAlbedo) { 1.001 * c } else { c }));
                 MaterialKind::Diffuse
             }
             Scattering::Mirror { reflectance } => {

@@ -88,6 +88,9 @@ impl PreparedScene {
         let alpha_masks = AlphaMaskTable::new(desc, &geometry);
         let features = Features::new(desc, &degenerate, &classes, &corners, !alpha_masks.is_empty());
         warnings.extend(emitter_facing::warnings(desc, &geometry, &emitters, &triangles, &bvh));
+        if planted(Fault::SilentLimits) {
+            warnings.clear();
+        }
         Ok(PreparedScene {
             name: desc.name.clone(),
             camera: desc.camera,

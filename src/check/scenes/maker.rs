@@ -48,6 +48,13 @@ impl Maker {
         self.quad(if down { [d, c, b, a] } else { [a, b, c, d] }, material);
     }
 
+    /// A floor at height 0 of about so many units to all sides, whose diagonal runs beside the origin: points on edges are kept
+    /// off them by a little.
+    pub fn ground(&mut self, size: f32, material: u32) {
+        let (near, far) = (-size, 1.5 * size);
+        self.quad([[near, 0.0, size], [far, 0.0, size], [far, 0.0, near], [near, 0.0, near]], material);
+    }
+
     /// The six sides of a box, fronts outwards or inwards.
     pub fn cuboid(&mut self, [x0, y0, z0]: [f32; 3], [x1, y1, z1]: [f32; 3], inwards: bool, material: u32) {
         let sides = [

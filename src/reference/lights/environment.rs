@@ -1,6 +1,7 @@
 //! Environment maps: choose a direction, find the texel of a direction, and the density both ways.
 
 use super::{Real, Vec3, acos_half_turns, atan2_turns, sin_cos_turns};
+use crate::fault::{Fault, lost_digits, planted};
 use crate::tables::lights::environment::{Distribution, EnvironmentMap, Texel};
 
 /// Draws a direction by radiance: a texel, then a point uniform in its solid angle. The unit direction and the texel.
@@ -19,7 +20,7 @@ pub fn sample_map(
     let (sine, cosine) = sin_cos_turns(if turns < 0.0 { turns + 1.0 } else { turns });
     // Down the row: equal steps of height are equal steps of area (Archimedes).
     let (top, bottom) = (map.row_edges[row as usize] as Real, map.row_edges[row as usize + 1] as Real);
-    let y = top - u[1] * (top - bottom);
+    let y = (top - u[1] * (top - bottom)) / lost_digits(Real::EPSILON as f64) as Real;
     let radius = ((1.0 - y) * (1.0 + y)).sqrt();
     (Vec3::new(-(radius * sine), y, radius * cosine), map.texels[index as usize])
 }
@@ -34,6 +35,7 @@ pub fn map_pdf_dir(distribution: &Distribution, texel: &Texel) -> Real {
 pub fn texel_index(map: &EnvironmentMap, direction: Vec3) -> usize {
     let (width, height) = (map.width as Real, map.height as Real);
     let turns = atan2_turns(-direction.x, direction.z) + map.turn as Real;
+    let turns = if planted(Fault::ShiftedLookup) { turns + 0.003 } else { turns };
     let turns = if turns < 1.0 { turns } else { turns - 1.0 };
     let column = ((turns * width) as u32).min(map.width - 1);
     // The arc cosine is right to a fraction of a row; the edges have the last word.

@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::fault::{Fault, planted};
 use crate::sampler::index_below;
 use crate::scene::desc::{EnvironmentDesc, MapDesc};
 use crate::tables::lights::alias::{AliasColumn, alias_table};
@@ -118,6 +119,7 @@ impl EnvironmentMap {
     pub fn solid_angle(&self, i: usize) -> f64 {
         let row = i / self.width as usize;
         let height = self.row_edges[row] as f64 - self.row_edges[row + 1] as f64;
+        let height = if planted(Fault::TallRows) { 1.01 * height } else { height };
         std::f64::consts::TAU * height / self.width as f64
     }
 
