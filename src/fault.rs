@@ -34,8 +34,8 @@ pub enum Fault {
     WrongShear,
     /// The scalar triangle test leaves out its edges.
     ClosedEdges,
-    /// Packets let rays hit that are not made of numbers.
-    NoNumbersHit,
+    /// Single rays that hit nothing are said to have hit triangle 0.
+    MissesHit,
     /// Rays start on the surface that they leave.
     WrongOffset,
     /// The axes of a frame are not perpendicular.
@@ -52,6 +52,8 @@ pub enum Fault {
     NoNumberAtGrazing,
     /// Glass refracts by another index than it says.
     WrongRefraction,
+    /// The bases of plastics reflect too much for their coats.
+    BrightBase,
     /// Diffuse surfaces reflect more than their albedo.
     BrightAlbedo,
     /// Rows of an environment map are taken for taller than they are.

@@ -322,7 +322,7 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
     &[
         (WrongShear, &["directions/zero_components", "directions/denormal_components", "directions/any_length"]),
         (ClosedEdges, &["directions/aimed_at_edges"]),
-        (NoNumbersHit, &["directions/no_numbers_hit_nothing"]),
+        (MissesHit, &["directions/no_numbers_hit_nothing"]),
         (WrongOffset, &["directions/grazing_starts", "directions/starts_on_edges"]),
         (DensityTwice, &["directions/starts_on_lights"]),
         (SkewedFrame, &["directions/frames"]),
