@@ -41,7 +41,7 @@ impl Camera {
     /// The camera of `desc` (already validated) for a film of `width` x `height` square pixels; `vertical_fov` spans the
     /// height; image right is forward x up, or the first column of [`CameraDesc::to_world`].
     pub fn new(desc: &CameraDesc, filter: PixelFilter, width: u32, height: u32) -> Camera {
-        let position = DVec3::from(desc.eye());
+        let position = DVec3::from(desc.eye()) * if planted(Fault::EyeElsewhere) { 1.001 } else { 1.0 };
         let [forward, right, down] = axes(desc);
         // libm, not the platform's tan: the camera must have the same bits everywhere.
         let pixel = 2.0 * libm::tan(0.5 * desc.vertical_fov.to_radians()) / height as f64;

@@ -36,8 +36,6 @@ pub enum Fault {
     ClosedEdges,
     /// Single rays that hit nothing are said to have hit triangle 0.
     MissesHit,
-    /// Rays start on the surface that they leave.
-    WrongOffset,
     /// The axes of a frame are not perpendicular.
     SkewedFrame,
     /// Cosine-weighted directions are too long.
@@ -68,6 +66,32 @@ pub enum Fault {
     SmallTriangles,
     /// A black environment map is taken for a light.
     BlackMapTaken,
+    /// Packets alone: light samples on diffuse surfaces lack their cosine.
+    MissingCosine,
+    /// Scalars in f32 alone: the density of diffuse directions is 1 % too high.
+    ScalarDensity,
+    /// Packets alone: survivors of Russian roulette gain 1 % too little.
+    BiasedRoulette,
+    /// Surfaces reflect a hundredth less than they say.
+    LossySurfaces,
+    /// Areas of lamps have 1e-4 square units added, as if against a division by 0.
+    AbsoluteEpsilon,
+    /// The probabilities of light selections that do not depend on the place are stated a tenth too low.
+    LopsidedChoice,
+    /// Lamps sampled and met have infinite radiance.
+    InfiniteRadiance,
+    /// All lamps shine on both sides.
+    BothSidesShine,
+    /// Scenes too large, too small or too far off for f32 are taken without a word.
+    NoScaleLimits,
+    /// Rays start on the other side of the triangle they leave.
+    WrongOffset,
+    /// Every seventh triangle is missing in the tree.
+    LostTriangle,
+    /// The camera's eye lies a thousandth farther from the origin.
+    EyeElsewhere,
+    /// The walk of single rays finds nothing.
+    BlindWalk,
 }
 
 /// What code that is compiled for f32 and f64 multiplies a value with, `epsilon` being its own: 1, unless

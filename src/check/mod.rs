@@ -25,9 +25,15 @@ pub mod row;
 #[doc(hidden)]
 pub mod scenes;
 #[doc(hidden)]
+pub mod shots;
+#[doc(hidden)]
 pub mod suite;
 #[doc(hidden)]
 pub mod trial;
+#[doc(hidden)]
+pub mod truth;
+#[doc(hidden)]
+pub mod twin;
 
 #[doc(hidden)]
 pub mod camera;

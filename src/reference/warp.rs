@@ -14,7 +14,9 @@ pub fn sample_cosine_hemisphere(u: [Real; 2]) -> Vec3 {
 
 /// Density per steradian of [`sample_cosine_hemisphere`].
 pub fn cosine_hemisphere_pdf_dir(cosine: Real) -> Real {
-    cosine * INV_PI * lost_digits(Real::EPSILON as f64) as Real
+    let single = size_of::<Real>() == size_of::<f32>();
+    let off = if single && planted(Fault::ScalarDensity) { 1.01 } else { lost_digits(Real::EPSILON as f64) as Real };
+    cosine * INV_PI * off
 }
 
 /// A direction about +z, uniform over the hemisphere (pbrt-v4 appendix A.5.2).

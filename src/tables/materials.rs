@@ -192,7 +192,8 @@ pub struct MaterialRecord {
 impl MaterialRecord {
     /// The record of a description (already validated).
     pub fn new(desc: &MaterialDesc) -> MaterialRecord {
-        let f32s = |v: [f64; 3]| v.map(|c| c as f32);
+        let kept = if planted(Fault::LossySurfaces) { 0.99 } else { 1.0 };
+        let f32s = |v: [f64; 3]| v.map(|c| (c * kept) as f32);
         let mut record = MaterialRecord { ior: 1.5, alpha: 1.0, texture: NO_TEXTURE, ..MaterialRecord::zeroed() };
         let kind = match desc.scattering {
             Scattering::Diffuse { albedo } => {

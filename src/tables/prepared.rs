@@ -78,7 +78,9 @@ impl PreparedScene {
         let (materials, material_index) = material_table(&desc.materials);
         let emitters = emitter_table(&desc.materials, &geometry, &degenerate);
         let vertices: Vec<[u32; 3]> = geometry.triangles.iter().map(|t| t.vertices).collect();
-        let bvh = Bvh::build(&geometry.positions, &vertices, |id| !degenerate[id as usize]);
+        let bvh = Bvh::build(&geometry.positions, &vertices, |id| {
+            !degenerate[id as usize] && !(planted(Fault::LostTriangle) && id % 7 == 0)
+        });
         let emissive = emitters.iter().map(|e| e.triangle);
         let triangles = triangle_table(&geometry, &degenerate, &material_index, emissive, &bvh);
         let corners = corner_table(&desc.materials, &geometry, &triangles);

@@ -2,8 +2,12 @@
 //!
 //! A scene is a function of its numbers alone, so that a row which fails can be looked at path by path.
 
+pub mod closed;
+pub mod floors;
 pub mod lamps;
 pub mod maker;
+pub mod mirrors;
+pub mod places;
 pub mod rooms;
 pub mod skies;
 
@@ -23,7 +27,8 @@ pub struct SceneMaker {
 }
 
 /// All of them.
-const ALL: &[&[SceneMaker]] = &[rooms::SCENES, lamps::SCENES, skies::SCENES];
+const ALL: &[&[SceneMaker]] =
+    &[rooms::SCENES, lamps::SCENES, skies::SCENES, floors::SCENES, closed::SCENES, places::SCENES, mirrors::SCENES];
 
 /// What a path begins with that names one of these scenes.
 pub const PREFIX: &str = "check:";

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::fault::{Fault, planted};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 use crate::tables::alpha_masks::AlphaMaskTable;
@@ -155,14 +156,18 @@ impl<'a> LightTable<'a> {
         let tree = if lights == Lights::Tree { scene.light_tree(powers) } else { None };
         let weights = if lights == Lights::Power { powers() } else { vec![1.0; count] };
         let total: f64 = weights.iter().sum();
-        let probability = |i: usize| weights[i] / total * (1.0 - environment_probability as f64);
+        let probability = |i: usize| {
+            let stated = if planted(Fault::LopsidedChoice) { 0.9 } else { 1.0 };
+            weights[i] / total * (1.0 - environment_probability as f64) * stated
+        };
+        let epsilon = if planted(Fault::AbsoluteEpsilon) { 1e-4 } else { 0.0 };
         let records = scene.emitters.iter().map(|emitter| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
                 vertices: triangle.vertices,
                 normal: triangle.normal,
-                radiance: emitter.radiance,
-                signed_pdf_area: (1.0 / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
+                radiance: emitter.radiance.map(|c| if planted(Fault::InfiniteRadiance) { f32::INFINITY } else { c }),
+                signed_pdf_area: (1.0 / (emitter.area + epsilon)) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
             }
         });
         let selection = match (count, lights, tree) {
