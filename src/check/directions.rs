@@ -162,7 +162,7 @@ fn no_numbers_hit_nothing(effort: &Effort) -> Result<Outcome> {
 
 /// Rays from inside a closed ball towards its vertices and edges do not pass between its triangles.
 fn aimed_at_edges(effort: &Effort) -> Result<Outcome> {
-    let trial = Trial::new("ball", &[24.0])?;
+    let trial = Trial::new("globe", &[24.0])?;
     let scene = &trial.prepared;
     let cases = effort.cases(65_536);
     let mut numbers = Numbers::new(5);
