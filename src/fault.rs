@@ -12,32 +12,6 @@ pub enum Fault {
     DensityTwice,
     /// Scalars alone: densities that are no numbers weigh 0, all others a little too much.
     WeightOfNoNumber,
-    /// Packets alone: light samples on diffuse surfaces lack their cosine.
-    MissingCosine,
-    /// Scalars in f32 alone: the density of diffuse directions is 1 % too high.
-    ScalarDensity,
-    /// Packets alone: survivors of Russian roulette gain 1 % too little.
-    BiasedRoulette,
-    /// Surfaces reflect a hundredth less than they say.
-    LossySurfaces,
-    /// Areas of lamps have 1e-4 square units added, as if against a division by 0.
-    AbsoluteEpsilon,
-    /// The probabilities of light selections that do not depend on the place are stated a tenth too low.
-    LopsidedChoice,
-    /// Lamps sampled and met have infinite radiance.
-    InfiniteRadiance,
-    /// All lamps shine on both sides.
-    BothSidesShine,
-    /// Scenes too large, too small or too far off for f32 are taken without a word.
-    NoScaleLimits,
-    /// Rays start on the other side of the triangle they leave.
-    OppositeOffset,
-    /// Every seventh triangle is missing in the tree.
-    LostTriangle,
-    /// The camera's eye lies a thousandth farther from the origin.
-    EyeElsewhere,
-    /// The walk of single rays finds nothing.
-    BlindWalk,
     /// Pixels add their samples in f32.
     F32Sum,
     /// Samples that are not finite are added to pixels.
@@ -60,10 +34,8 @@ pub enum Fault {
     WrongShear,
     /// The scalar triangle test leaves out its edges.
     ClosedEdges,
-    /// Packets let rays hit that are not made of numbers.
-    NoNumbersHit,
-    /// Rays start on the surface that they leave.
-    WrongOffset,
+    /// Single rays that hit nothing are said to have hit triangle 0.
+    MissesHit,
     /// The axes of a frame are not perpendicular.
     SkewedFrame,
     /// Cosine-weighted directions are too long.
@@ -78,6 +50,8 @@ pub enum Fault {
     NoNumberAtGrazing,
     /// Glass refracts by another index than it says.
     WrongRefraction,
+    /// The bases of plastics reflect too much for their coats.
+    BrightBase,
     /// Diffuse surfaces reflect more than their albedo.
     BrightAlbedo,
     /// Rows of an environment map are taken for taller than they are.
@@ -92,6 +66,32 @@ pub enum Fault {
     SmallTriangles,
     /// A black environment map is taken for a light.
     BlackMapTaken,
+    /// Packets alone: light samples on diffuse surfaces lack their cosine.
+    MissingCosine,
+    /// Scalars in f32 alone: the density of diffuse directions is 1 % too high.
+    ScalarDensity,
+    /// Packets alone: survivors of Russian roulette gain 1 % too little.
+    BiasedRoulette,
+    /// Surfaces reflect a hundredth less than they say.
+    LossySurfaces,
+    /// Areas of lamps have 1e-4 square units added, as if against a division by 0.
+    AbsoluteEpsilon,
+    /// The probabilities of light selections that do not depend on the place are stated a tenth too low.
+    LopsidedChoice,
+    /// Lamps sampled and met have infinite radiance.
+    InfiniteRadiance,
+    /// All lamps shine on both sides.
+    BothSidesShine,
+    /// Scenes too large, too small or too far off for f32 are taken without a word.
+    NoScaleLimits,
+    /// Rays start on the other side of the triangle they leave.
+    WrongOffset,
+    /// Every seventh triangle is missing in the tree.
+    LostTriangle,
+    /// The camera's eye lies a thousandth farther from the origin.
+    EyeElsewhere,
+    /// The walk of single rays finds nothing.
+    BlindWalk,
 }
 
 /// What code that is compiled for f32 and f64 multiplies a value with, `epsilon` being its own: 1, unless

@@ -7,8 +7,6 @@ pub mod api;
 pub mod bvh;
 #[path = "camera.rs"]
 pub mod camera;
-#[path = "check/mod.rs"]
-pub mod check;
 #[path = "clock.rs"]
 pub mod clock;
 #[path = "color.rs"]

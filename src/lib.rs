@@ -49,7 +49,7 @@
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
 //! | `film`, `image`, `color` | sums and checkpoints, image files, the sRGB curve |
 //! | `api` | load a scene, prepare it, ask its triangles about rays |
-//! | `check` | what `octray check` measures: extreme and stiff cases against closed forms and f64, with bounds |
+//! | [`check`] | what `octray check` measures: extreme and stiff cases against closed forms and f64, with bounds |
 //! | `fault` | faults that unit tests plant, so that every check is known to fail |
 //! | `settings`, `camera`, `stats`, `trace`, `clock`, `fingerprint`, `nearest`, `named_choice`, `error` | what their names say |
 //! | `report` | error against run time: measured, analysed, written (feature `cli`) |
@@ -82,6 +82,7 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod check;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
@@ -93,8 +94,8 @@ pub mod scene;
 
 // Inside the crate a room is named without the house.
 use internal::{
-    api, bvh, camera, check, clock, color, error, fault, film, fingerprint, image, import, lanes, math, named_choice,
-    nearest, packet, reference, render, sampler, settings, setup, stats, strategy, tables, trace,
+    api, bvh, camera, clock, color, error, fault, film, fingerprint, image, import, lanes, math, named_choice, nearest,
+    packet, reference, render, sampler, settings, setup, stats, strategy, tables, trace,
 };
 
 pub use api::Scene;

@@ -32,7 +32,7 @@ impl Ray {
     pub(super) fn is_finite(&self) -> bool {
         let [[ox, oy, oz], [dx, dy, dz]] = [self.origin, self.direction];
         let nothing = ((ox * 0.0 + oy * 0.0) + (oz * 0.0 + dx * 0.0)) + (dy * 0.0 + dz * 0.0);
-        (nothing == 0.0 || planted(Fault::NoNumbersHit)) && !self.tmin.is_nan() && !self.tmax.is_nan()
+        nothing == 0.0 && !self.tmin.is_nan() && !self.tmax.is_nan()
     }
 }
 
@@ -49,7 +49,8 @@ impl Hit {
     /// Nothing hit up to `tmax`.
     #[inline(always)]
     pub(super) fn none(tmax: f32) -> Self {
-        Self { t: tmax, triangle: NO_HIT, u: 0.0, v: 0.0 }
+        let triangle = if planted(Fault::MissesHit) { 0 } else { NO_HIT };
+        Self { t: tmax, triangle, u: 0.0, v: 0.0 }
     }
 }
 

@@ -162,7 +162,7 @@ fn no_numbers_hit_nothing(effort: &Effort) -> Result<Outcome> {
 
 /// Rays from inside a closed ball towards its vertices and edges do not pass between its triangles.
 fn aimed_at_edges(effort: &Effort) -> Result<Outcome> {
-    let trial = Trial::new("ball", &[24.0])?;
+    let trial = Trial::new("globe", &[24.0])?;
     let scene = &trial.prepared;
     let cases = effort.cases(65_536);
     let mut numbers = Numbers::new(5);
@@ -322,7 +322,7 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
     &[
         (WrongShear, &["directions/zero_components", "directions/denormal_components", "directions/any_length"]),
         (ClosedEdges, &["directions/aimed_at_edges"]),
-        (NoNumbersHit, &["directions/no_numbers_hit_nothing"]),
+        (MissesHit, &["directions/no_numbers_hit_nothing"]),
         (WrongOffset, &["directions/grazing_starts", "directions/starts_on_edges"]),
         (DensityTwice, &["directions/starts_on_lights"]),
         (SkewedFrame, &["directions/frames"]),

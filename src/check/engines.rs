@@ -34,7 +34,7 @@ type Cases = &'static [(&'static str, &'static [f64])];
 
 /// Maps of one texel.
 const SKIES: Cases =
-    &[("texel", &[64.0, 0.0, 3.0, 128.0]), ("texel", &[64.0, 20.0, 0.0, 128.0]), ("texel", &[1.0, 0.0, 0.0, 1.0])];
+    &[("texel", &[64.0, 0.0, 128.0, 3.0]), ("texel", &[64.0, 20.0, 128.0, 0.0]), ("texel", &[1.0, 0.0, 1.0, 0.0])];
 
 /// Both engines on `cases`, by one strategy with weights and one without.
 fn compare(effort: &Effort, cases: Cases, usual: u32) -> Result<Outcome> {

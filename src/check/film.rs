@@ -100,7 +100,7 @@ fn variance_of_groups(effort: &Effort) -> Result<Outcome> {
         let error = (f64::from(film.variance(0, 0)[0]) / wanted - 1.0).abs();
         worst = if worse(error, worst) { error } else { worst };
     }
-    Ok(Outcome::at_most(worst, 1e-6).tried(films * spp, "samples in films, variance by groups against f64"))
+    Ok(Outcome::at_most(worst, 1e-7).tried(films * spp, "samples in films, variance by groups against f64"))
 }
 
 /// Samples that are no numbers leave a pixel's sums as they are.

@@ -310,7 +310,7 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
             ],
         ),
         (
-            OppositeOffset,
+            WrongOffset,
             &[
                 "geometry/leaks_of_cubes_anywhere",
                 "geometry/leaks_where_walls_cross_a_huge_ground",

@@ -2,39 +2,66 @@
 //!
 //! **Law:** a check compares what the engines compute with what is known without them: closed forms, sums in f64, the
 //! reference compiled for f64, a twin that must have the same bits. It has one figure and one bound, both stated; statistical
-//! ones use fixed seeds and pass within [`trial::SIGMAS`] standard errors. Every check is known to fail: the unit tests plant
-//! a fault for each ([`crate::fault`]). Properties of a user's scene are remarks, never failures. Nothing here prints.
+//! ones use fixed seeds and pass within five standard errors. Every check is known to fail: the unit tests plant
+//! a fault for each (`fault`). Properties of a user's scene are remarks, never failures. Nothing here prints.
+//!
+//! [`limits`] is the table of how far octray goes, each limit with the row that measures it.
 //!
 //! A new check is a function and a line in `CHECKS` of its group, and a line in the group's `FAULTS` that names the fault
-//! which must fail it; a new fault is a variant of [`crate::fault::Fault`] and one hook. Scenes are made in [`scenes`], under a
-//! name that `octray trace` takes, and rendered by [`trial`]; inputs come from [`numbers`].
+//! which must fail it; a new fault is a variant of `fault::Fault` and one hook. Scenes are made in `scenes`, under a
+//! name that `octray trace` takes, and rendered by `trial`; inputs come from `numbers`.
 
 #[cfg(test)]
 mod faults;
+#[doc(hidden)]
 pub mod item;
+pub mod limits;
+#[doc(hidden)]
 pub mod numbers;
+#[doc(hidden)]
 pub mod rays;
+#[doc(hidden)]
 pub mod row;
+#[doc(hidden)]
 pub mod scenes;
+#[doc(hidden)]
 pub mod shots;
+#[doc(hidden)]
 pub mod suite;
+#[doc(hidden)]
 pub mod trial;
+#[doc(hidden)]
 pub mod truth;
+#[doc(hidden)]
 pub mod twin;
 
+#[doc(hidden)]
 pub mod camera;
+#[doc(hidden)]
 pub mod directions;
+#[doc(hidden)]
 pub mod engines;
+#[doc(hidden)]
 pub mod environment;
+#[doc(hidden)]
 pub mod error_bars;
+#[doc(hidden)]
 pub mod film;
+#[doc(hidden)]
 pub mod geometry;
+#[doc(hidden)]
 pub mod lights;
+#[doc(hidden)]
 pub mod materials;
+#[doc(hidden)]
 pub mod mis;
+#[doc(hidden)]
 pub mod scale;
+#[doc(hidden)]
 pub mod subject;
+#[doc(hidden)]
 pub mod transport;
+#[doc(hidden)]
 pub mod yardstick;
 
 use crate::error::{Error, Result};

@@ -370,7 +370,7 @@ mod tests {
             (Fault::MissingCosine, "threads_agree", "room:1:0:0.001"),
             (Fault::MissingCosine, "strategies_agree", "lamps:3"),
             (Fault::LopsidedChoice, "light_probabilities_sum_to_one", "lamps:3"),
-            (Fault::OppositeOffset, "rays_off_their_triangles", "hollow_ball:3:0"),
+            (Fault::WrongOffset, "rays_off_their_triangles", "hollow_ball:3:0"),
             (Fault::LostTriangle, "closed_mesh_does_not_leak", "hollow:1:1:1:1:1:0"),
             (Fault::BlindWalk, "walks_agree", "hollow_ball:3:0"),
             (Fault::InfiniteRadiance, "samples_are_finite", "lamps:3"),

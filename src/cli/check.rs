@@ -95,7 +95,8 @@ fn summary(rows: &[Row], failures: usize) -> String {
         1 => "1 fails".to_string(),
         n => format!("{n} fail"),
     };
-    format!("{} checks, {} cases, {seconds:.1} s, {}: {verdict}\n", rows.len(), count(cases), simd_level())
+    let checks = if rows.len() == 1 { "1 check".to_string() } else { format!("{} checks", rows.len()) };
+    format!("{checks}, {} cases, {seconds:.1} s, {}: {verdict}\n", count(cases), simd_level())
 }
 
 fn bound(bound: f64) -> String {
@@ -131,11 +132,27 @@ fn count(n: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::row::Outcome;
 
     #[test]
     fn numbers_are_short_and_counts_are_grouped() {
         let numbers = [0.0, 5.0, 1234.0, 0.5, 0.012345, 1e-7, 123456.0, f64::NAN].map(number);
         assert_eq!(numbers, ["0", "5", "1234", "0.5", "0.0123", "1.00e-7", "1.23e5", "none"]);
         assert_eq!([0, 999, 1000, 1_234_567].map(count), ["0", "999", "1,000", "1,234,567"]);
+    }
+
+    #[test]
+    fn failures_say_what_to_look_at_and_what_holds_is_one_line() {
+        let row = |figure| {
+            let outcome = Outcome::at_most(figure, 1.0).tried(1000, "rays").note("worst here").trace(Some("x".into()));
+            Row::new("a/b".into(), outcome, 0.5)
+        };
+        let failed = line(&row(2.0), false);
+        assert!(
+            failed.starts_with("FAIL  a/b") && failed.contains("1,000 rays\n      worst here\n      look at it: x\n")
+        );
+        assert_eq!((line(&row(0.5), false).lines().count(), line(&row(0.5), true).lines().count()), (1, 2));
+        assert!(summary(&[row(2.0), row(0.5)], 1).starts_with("2 checks, 2,000 cases, 1.0 s"));
+        assert!(summary(&[row(2.0)], 1).starts_with("1 check,") && summary(&[row(2.0)], 1).ends_with(": 1 fails\n"));
     }
 }

@@ -3,7 +3,6 @@
 
 use crate::bvh::Bvh;
 use crate::bvh::precise::HUGE;
-use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::records::{CornerColumns, TriangleColumns};
 use crate::packet::texture::interpolate;
@@ -247,6 +246,5 @@ pub fn point_and_offset(vertices: &[Vec3x8; 3], weights: [F32x8; 3], normal: Vec
     let position = barycentric_point(vertices, weights);
     let size = a.abs().scale(weights[0]) + b.abs().scale(weights[1]) + c.abs().scale(weights[2]);
     let along = normal.abs().dot(size) * F32x8::splat(OFFSET_HALF_ULPS);
-    let half_ulp = if planted(Fault::WrongOffset) { 0.0 } else { HALF_ULP };
-    (position, (along + offset) * F32x8::splat(half_ulp))
+    (position, (along + offset) * F32x8::splat(HALF_ULP))
 }

@@ -3,7 +3,7 @@
 use super::precise::nearest_on_triangle;
 use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
-use crate::fault::{Fault, lost_digits, planted};
+use crate::fault::lost_digits;
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
 use crate::tables::triangles::TriangleRecord;
 
@@ -181,6 +181,5 @@ pub fn point_and_offset(vertices: &[[f32; 3]; 3], weights: [Real; 3], normal: Ve
     let position = barycentric_point(vertices, weights);
     let [a, b, c] = vertices.map(vec3);
     let size = a.abs() * weights[0] + b.abs() * weights[1] + c.abs() * weights[2];
-    let kept = if planted(Fault::WrongOffset) { 0.0 } else { 1.0 };
-    (position, (normal.abs().dot(size) * OFFSET_HALF_ULPS + offset) * HALF_ULP * kept)
+    (position, (normal.abs().dot(size) * OFFSET_HALF_ULPS + offset) * HALF_ULP)
 }

@@ -15,8 +15,8 @@ pub fn sample_cosine_hemisphere(u: [Real; 2]) -> Vec3 {
 /// Density per steradian of [`sample_cosine_hemisphere`].
 pub fn cosine_hemisphere_pdf_dir(cosine: Real) -> Real {
     let single = size_of::<Real>() == size_of::<f32>();
-    let stated = if single && planted(Fault::ScalarDensity) { 1.01 } else { lost_digits(Real::EPSILON as f64) };
-    cosine * INV_PI * stated as Real
+    let off = if single && planted(Fault::ScalarDensity) { 1.01 } else { lost_digits(Real::EPSILON as f64) as Real };
+    cosine * INV_PI * off
 }
 
 /// A direction about +z, uniform over the hemisphere (pbrt-v4 appendix A.5.2).

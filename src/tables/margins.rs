@@ -54,7 +54,7 @@ impl Margins {
         });
         Margins {
             offset: match precise {
-                _ if planted(Fault::OppositeOffset) => -1e6 * longest as f32,
+                _ if planted(Fault::WrongOffset) => -1e6 * longest as f32,
                 true => 0.0,
                 false => (half_ulps * longest) as f32,
             },

@@ -222,7 +222,8 @@ impl MaterialRecord {
                 let alpha = alpha.max(MIN_ALPHA);
                 record.ior = ior as f32;
                 record.alpha = alpha as f32;
-                let scale = plastic_energy::base_scale(ior, alpha);
+                let scale =
+                    plastic_energy::base_scale(ior, alpha) * if planted(Fault::BrightBase) { 1.02 } else { 1.0 };
                 record.color = albedo.map(|c| (c * scale) as f32);
                 // Above 0, so that a probability in proportion to it always exists.
                 record.base_weight = albedo.into_iter().fold(1e-4, f64::max) as f32;

@@ -8,13 +8,13 @@ use crate::scene::desc::EnvironmentDesc;
 /// The scenes.
 pub const SCENES: &[SceneMaker] = &[
     SceneMaker { name: "furnace", numbers: &["albedo", "emitted radiance"], make: furnace },
-    SceneMaker { name: "ball", numbers: &["rings"], make: ball },
+    SceneMaker { name: "globe", numbers: &["rings"], make: globe },
     SceneMaker { name: "corridor", numbers: &["length"], make: corridor },
 ];
 
 /// A closed ball of radius 1 about the origin, faceted by so many rings, its inside white, in surroundings of radiance 1. Its
 /// facets share the bits of their vertices.
-fn ball(numbers: &[f64]) -> SceneDesc {
+fn globe(numbers: &[f64]) -> SceneDesc {
     let rings = numbers[0] as u32;
     let at = |ring: u32, step: u32| {
         if ring == 0 || ring == rings {
