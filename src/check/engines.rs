@@ -89,8 +89,8 @@ fn paths_in_closed_meshes(effort: &Effort) -> Result<Outcome> {
         ("hollow", &[1.0, 1.0, 1e3, 1.0, 1.0, 0.0]),
         ("hollow", &[1.0, 1.0, 1e4, 1.0, 1.0, 0.0]),
         ("hollow", &[1.0, 1.0, 1e-7, 0.0, 1.0, 0.0]),
-        ("cylinder", &[1000.0, 100.0, 1.0]),
-        ("spindle", &[10_000.0]),
+        ("cylinder", &[100.0, 10.0, 1.0]),
+        ("spindle", &[300.0]),
         ("room_on_ground", &[1e6]),
     ];
     let (mut differ, mut rays, mut note, mut trace) = (0, 0, String::new(), None);
@@ -145,7 +145,7 @@ fn threads(effort: &Effort) -> Result<Outcome> {
         ("room", &[1.0, 0.0, 1.0 / 2048.0]),
         ("furnace", &[0.9, 0.1]),
         ("lamps", &[30.0]),
-        ("cylinder", &[1000.0, 100.0, 1.0]),
+        ("hollow", &[1.0, 1.0, 100.0, 1.0, 1.0, 0.0]),
     ];
     for (name, numbers) in cases {
         let trial = Trial::new(name, numbers)?;

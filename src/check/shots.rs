@@ -9,7 +9,7 @@ use crate::tables::PreparedScene;
 use glam::{DVec3, Vec3};
 
 /// Rays shot at once.
-const BATCH: usize = 1024;
+const BATCH: usize = 256;
 
 /// The corners of a triangle.
 pub fn corners(scene: &PreparedScene, triangle: usize) -> [DVec3; 3] {
