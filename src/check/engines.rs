@@ -59,23 +59,23 @@ fn outcome(differing: Differing) -> Outcome {
 }
 
 fn scales(effort: &Effort) -> Result<Outcome> {
-    compare(effort, scale::CASES, 8)
+    compare(effort, scale::CASES, 2)
 }
 
 fn lights(effort: &Effort) -> Result<Outcome> {
-    compare(effort, lights::CASES, 8)
+    compare(effort, lights::CASES, 2)
 }
 
 fn transport(effort: &Effort) -> Result<Outcome> {
-    compare(effort, transport::CASES, 8)
+    compare(effort, transport::CASES, 2)
 }
 
 fn geometry(effort: &Effort) -> Result<Outcome> {
-    compare(effort, geometry::CASES, 8)
+    compare(effort, geometry::CASES, 2)
 }
 
 fn skies(effort: &Effort) -> Result<Outcome> {
-    compare(effort, SKIES, 8)
+    compare(effort, SKIES, 4)
 }
 
 /// Where hits are decided by the smallest margins and nothing is seen, ray by ray.
@@ -96,7 +96,7 @@ fn paths_in_closed_meshes(effort: &Effort) -> Result<Outcome> {
     let (mut differ, mut rays, mut note, mut trace) = (0, 0, String::new(), None);
     for (name, numbers) in meshes {
         let trial = Trial::new(name, numbers)?;
-        let settings = Settings { max_depth: Some(60), rr_depth: None, seed: 3, ..small(8, effort.samples(8, 1)) };
+        let settings = Settings { max_depth: Some(60), rr_depth: None, seed: 3, ..small(8, effort.samples(1, 1)) };
         let setup = Setup::new(&trial.prepared, &settings);
         let plan = Plan::new(&setup);
         for (pixel, sample) in (0..64).flat_map(|p| (0..settings.spp).map(move |sample| ((p % 8, p / 8), sample))) {
@@ -166,7 +166,7 @@ fn walks(effort: &Effort) -> Result<Outcome> {
     let (mut differ, mut count, mut notes) = (0, 0, Vec::new());
     for (seed, &(name, numbers)) in geometry::CASES.iter().chain(scale::CASES).enumerate() {
         let trial = Trial::new(name, numbers)?;
-        let shot = effort.cases(20_000);
+        let shot = effort.cases(4_000);
         let different = walks_that_differ(&trial.prepared, shot, seed as u32);
         if different > 0 {
             notes.push(format!("{}: {different}", trial.prepared.name));

@@ -57,18 +57,16 @@ pub const CASES: &[(&str, &[f64])] = &[
     ("fan", &[10_000.0]),
 ];
 
-/// Rays a mesh is shot with, in the default form a million in each check.
-fn rays(effort: &Effort, meshes: usize) -> u64 {
-    effort.cases(1_000_000) / meshes as u64
-}
+/// Rays a check of closed meshes shoots by default; those with very many precise triangles fewer.
+const RAYS: u64 = 1_000_000;
 
 /// Paths that leave closed meshes of white walls, of so many bounces.
-fn leaks(effort: &Effort, meshes: &[(&str, &[f64])], what: &str) -> Result<Outcome> {
+fn leaks(effort: &Effort, rays: u64, meshes: &[(&str, &[f64])], what: &str) -> Result<Outcome> {
     const DEPTH: u32 = 250;
     let (mut left, mut bounces, mut notes, mut trace) = (0.0, 0, Vec::new(), None);
     for &(name, numbers) in meshes {
         let trial = Trial::new(name, numbers)?;
-        let spp = (rays(effort, meshes.len()) / u64::from(16 * 16 * DEPTH)).clamp(1, 1 << 24) as u32;
+        let spp = (effort.cases(rays) / meshes.len() as u64 / u64::from(16 * 16 * DEPTH)).clamp(1, 1 << 24) as u32;
         let settings = Settings { strategy: Strategy::Bsdf, max_depth: Some(DEPTH), rr_depth: None, ..small(16, spp) };
         let render = trial.render(&settings);
         // Every path that leaves has found radiance 1.
@@ -101,24 +99,24 @@ fn leaking_sample(trial: &Trial, settings: &Settings, pixel: (u32, u32)) -> Opti
 fn leaks_of_corridors_to_1e6(effort: &Effort) -> Result<Outcome> {
     let lengths = [[1.0], [1e2], [1e3], [1e4], [1e5], [1e6]];
     let meshes: Vec<(&str, &[f64])> = lengths.iter().map(|length| ("corridor", &length[..])).collect();
-    leaks(effort, &meshes, "corridors 1 wide, 1 to 1e6 long")
+    leaks(effort, RAYS, &meshes, "corridors 1 wide, 1 to 1e6 long")
 }
 
 fn leaks_of_tilted_corridors_to_1e4(effort: &Effort) -> Result<Outcome> {
     let lengths = [1e1, 1e2, 1e3, 1e4].map(|length| [1.0, 1.0, length, 1.0, 1.0, 0.0]);
     let meshes: Vec<(&str, &[f64])> = lengths.iter().map(|numbers| ("hollow", &numbers[..])).collect();
-    leaks(effort, &meshes, "tilted corridors 1 wide, 10 to 1e4 long")
+    leaks(effort, RAYS, &meshes, "tilted corridors 1 wide, 10 to 1e4 long")
 }
 
 fn leaks_of_thin_boxes(effort: &Effort) -> Result<Outcome> {
     let boxes = [1e-3, 1e-5, 1e-7].map(|thickness| [1.0, 1.0, thickness, 0.0, 1.0, 0.0]);
     let meshes: Vec<(&str, &[f64])> = boxes.iter().map(|numbers| ("hollow", &numbers[..])).collect();
-    leaks(effort, &meshes, "boxes 1e-3 to 1e-7 thin")
+    leaks(effort, RAYS, &meshes, "boxes 1e-3 to 1e-7 thin")
 }
 
 fn leaks_of_a_cylinder(effort: &Effort) -> Result<Outcome> {
     let what = "cylinders of 1,000 facets and length 100";
-    leaks(effort, &[("cylinder", &[1000.0, 100.0, 0.0]), ("cylinder", &[1000.0, 100.0, 1.0])], what)
+    leaks(effort, RAYS / 8, &[("cylinder", &[1000.0, 100.0, 0.0]), ("cylinder", &[1000.0, 100.0, 1.0])], what)
 }
 
 fn leaks_of_cubes_anywhere(effort: &Effort) -> Result<Outcome> {
@@ -133,23 +131,27 @@ fn leaks_of_cubes_anywhere(effort: &Effort) -> Result<Outcome> {
         [1.0, 1.0, 1.0, 0.0, 1.0, 1e5],
     ];
     let meshes: Vec<(&str, &[f64])> = cubes.iter().map(|numbers| ("hollow", &numbers[..])).collect();
-    leaks(effort, &meshes, "cubes tilted, 1e-9 to 1e9 large, up to 1e5 sizes away")
+    leaks(effort, RAYS, &meshes, "cubes tilted, 1e-9 to 1e9 large, up to 1e5 sizes away")
 }
 
 fn leaks_of_balls_and_wedges(effort: &Effort) -> Result<Outcome> {
-    let meshes: &[(&str, &[f64])] =
-        &[("ball", &[3.0, 0.0]), ("ball", &[5.0, 100.0]), ("wedge", &[60.0]), ("wedge", &[30.0])];
-    leaks(effort, meshes, "balls and wedges of 30 and 60 degrees")
+    let meshes: &[(&str, &[f64])] = &[
+        ("hollow_ball", &[3.0, 0.0]),
+        ("hollow_ball", &[5.0, 100.0]),
+        ("hollow_wedge", &[60.0]),
+        ("hollow_wedge", &[30.0]),
+    ];
+    leaks(effort, RAYS, meshes, "balls and wedges of 30 and 60 degrees")
 }
 
 fn leaks_at_a_vertex_of_1e4(effort: &Effort) -> Result<Outcome> {
-    leaks(effort, &[("spindle", &[10_000.0])], "a double cone of 20,000 triangles")
+    leaks(effort, RAYS / 4, &[("spindle", &[10_000.0])], "a double cone of 20,000 triangles")
 }
 
 fn leaks_where_walls_cross_a_huge_ground(effort: &Effort) -> Result<Outcome> {
     let grounds = [[1e1], [1e3], [1e5], [1e6]];
     let meshes: Vec<(&str, &[f64])> = grounds.iter().map(|half| ("room_on_ground", &half[..])).collect();
-    leaks(effort, &meshes, "a room whose walls cross a ground of 1e1 to 1e6")
+    leaks(effort, RAYS, &meshes, "a room whose walls cross a ground of 1e1 to 1e6")
 }
 
 /// Rays at vertices and edges, by every walk.
@@ -160,14 +162,14 @@ fn aimed_rays_from_inside(effort: &Effort) -> Result<Outcome> {
         ("hollow", &[1.0, 1.0, 1e3, 1.0, 1.0, 0.0]),
         ("hollow", &[1.0, 1.0, 1e-5, 0.0, 1.0, 0.0]),
         ("cylinder", &[1000.0, 100.0, 1.0]),
-        ("ball", &[4.0, 10.0]),
+        ("hollow_ball", &[4.0, 10.0]),
         ("spindle", &[10_000.0]),
     ];
     let (mut misses, mut count, mut notes) = (0, 0, Vec::new());
     for (seed, (name, numbers)) in meshes.into_iter().enumerate() {
         let trial = Trial::new(name, numbers)?;
         let eye = DVec3::from(trial.scene.desc.camera.position);
-        let shot = effort.cases(100_000);
+        let shot = effort.cases(20_000);
         let missed = misses_from_inside(&trial.prepared, eye, shot, seed as u32);
         if missed > 0 {
             notes.push(format!("{}: {missed} of {shot}", trial.prepared.name));
@@ -183,9 +185,9 @@ fn rays_off_their_triangles(effort: &Effort) -> Result<Outcome> {
     let meshes: [(&str, &[f64]); 8] = [
         ("room", &[1.0, 0.0, 1.0 / 2048.0]),
         ("room", &[1.0, 1e3, 1.0 / 2048.0]),
-        ("ball", &[4.0, 0.0]),
-        ("ball", &[4.0, 1e3]),
-        ("wedge", &[10.0]),
+        ("hollow_ball", &[4.0, 0.0]),
+        ("hollow_ball", &[4.0, 1e3]),
+        ("hollow_wedge", &[10.0]),
         ("corridor", &[1e4]),
         ("cylinder", &[1000.0, 100.0, 1.0]),
         ("room_on_ground", &[1e5]),
@@ -193,7 +195,7 @@ fn rays_off_their_triangles(effort: &Effort) -> Result<Outcome> {
     let (mut hits, mut count, mut notes) = ([0; 2], 0, Vec::new());
     for (seed, (name, numbers)) in meshes.into_iter().enumerate() {
         let trial = Trial::new(name, numbers)?;
-        let (hit, shot) = self_hits(&trial.prepared, effort.cases(30_000), seed as u32);
+        let (hit, shot) = self_hits(&trial.prepared, effort.cases(10_000), seed as u32);
         if hit != [0; 2] {
             notes.push(format!("{}: {} and {} of {shot}", trial.prepared.name, hit[0], hit[1]));
         }
@@ -222,7 +224,7 @@ fn tilted_floor_of_slivers_to_1e4(effort: &Effort) -> Result<Outcome> {
 }
 
 fn ground(effort: &Effort, halves: &[f64], tilted: f64, what: &str) -> Result<Outcome> {
-    let (mut lit, spp) = (Lit::default(), effort.samples(128, 32));
+    let (mut lit, spp) = (Lit::default(), effort.samples(64, 16));
     for &half in halves {
         lit.add("ground", &[half, tilted], &[Strategy::Nee, Strategy::MisPower, Strategy::Bsdf], spp, 1e-3)?;
     }
@@ -282,7 +284,7 @@ fn coplanar_faces(effort: &Effort) -> Result<Outcome> {
 }
 
 fn floor_about_a_vertex_of_1e4(effort: &Effort) -> Result<Outcome> {
-    let (mut lit, spp) = (Lit::default(), effort.samples(128, 16));
+    let (mut lit, spp) = (Lit::default(), effort.samples(64, 16));
     for count in [3.0, 100.0, 10_000.0] {
         lit.add("fan", &[count], &[Strategy::Nee, Strategy::MisPower, Strategy::Bsdf], spp, 1e-4)?;
     }

@@ -351,7 +351,7 @@ mod tests {
 
     #[test]
     fn sound_scenes_pass() {
-        for name in ["room:1:0:0.001", "furnace:0.5:0.5", "lamps:3", "ball:3:0"] {
+        for name in ["room:1:0:0.001", "furnace:0.5:0.5", "lamps:3", "hollow_ball:3:0"] {
             for check in CHECKS {
                 let outcome = outcome(name, check.what);
                 assert!(
@@ -370,9 +370,9 @@ mod tests {
             (Fault::MissingCosine, "threads_agree", "room:1:0:0.001"),
             (Fault::MissingCosine, "strategies_agree", "lamps:3"),
             (Fault::LopsidedChoice, "light_probabilities_sum_to_one", "lamps:3"),
-            (Fault::WrongOffset, "rays_off_their_triangles", "ball:3:0"),
+            (Fault::WrongOffset, "rays_off_their_triangles", "hollow_ball:3:0"),
             (Fault::LostTriangle, "closed_mesh_does_not_leak", "hollow:1:1:1:1:1:0"),
-            (Fault::BlindWalk, "walks_agree", "ball:3:0"),
+            (Fault::BlindWalk, "walks_agree", "hollow_ball:3:0"),
             (Fault::InfiniteRadiance, "samples_are_finite", "lamps:3"),
             (Fault::ScalarDensity, "f32_paths_as_f64", "lamps:3"),
         ];
@@ -394,7 +394,7 @@ mod tests {
             let outcome = outcome(name, what);
             assert!(outcome.pass && outcome.figure >= least, "{name}, {what}: {}", outcome.figure);
         }
-        assert_eq!(outcome("ball:3:0", "open_edges").figure, 0.0);
+        assert_eq!(outcome("hollow_ball:3:0", "open_edges").figure, 0.0);
         assert!(outcome("lamps:3", "closed_mesh_does_not_leak").note.contains("not closed"));
     }
 }

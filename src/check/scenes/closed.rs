@@ -17,9 +17,13 @@ pub const SCENES: &[SceneMaker] = &[
         make: hollow,
     },
     SceneMaker { name: "cylinder", numbers: &["facets", "length", "tilted (0 or 1)"], make: cylinder },
-    SceneMaker { name: "ball", numbers: &["times its octahedron is split", "sizes from the origin"], make: ball },
+    SceneMaker {
+        name: "hollow_ball",
+        numbers: &["times its octahedron is split", "sizes from the origin"],
+        make: ball,
+    },
     SceneMaker { name: "spindle", numbers: &["facets"], make: spindle },
-    SceneMaker { name: "wedge", numbers: &["degrees"], make: wedge },
+    SceneMaker { name: "hollow_wedge", numbers: &["degrees"], make: wedge },
     SceneMaker { name: "room_on_ground", numbers: &["half the ground's size"], make: room_on_ground },
 ];
 

@@ -57,7 +57,7 @@ fn needle(numbers: &[f64]) -> SceneDesc {
     let [length, width, height, tilted] = std::array::from_fn(|i| numbers[i]);
     let mut maker = Maker::default();
     let (floor, lamp) = (maker.diffuse(0.5, 0.0), maker.diffuse(0.0, 1.0));
-    maker.level(0.0, [2.0; 2], false, floor);
+    maker.ground(2.0, floor);
     level_at(&mut maker, [0.0, height as f32, 0.0], [0.5 * length as f32, 0.5 * width as f32], true, lamp);
     from_above(maker, tilted, [0.1 * length, 0.4 * height, 0.0], 1e-3)
 }
@@ -101,7 +101,7 @@ fn touching(numbers: &[f64]) -> SceneDesc {
 fn edge_on(numbers: &[f64]) -> SceneDesc {
     let mut maker = Maker::default();
     let (floor, lamp) = (maker.diffuse(0.5, 0.0), maker.diffuse(0.0, 1.0));
-    maker.level(0.0, [4.0; 2], false, floor);
+    maker.ground(4.0, floor);
     let z = -numbers[0] as f32;
     maker.quad([[1.0, 0.5, z], [2.0, 0.5, z], [2.0, 1.5, z], [1.0, 1.5, z]], lamp);
     from_above(maker, 0.0, [0.0, 0.4, 0.0], 1e-3)
@@ -111,7 +111,7 @@ fn edge_on(numbers: &[f64]) -> SceneDesc {
 fn coplanar(numbers: &[f64]) -> SceneDesc {
     let mut maker = Maker::default();
     let (floor, lamp) = (maker.diffuse(0.5, 0.0), maker.diffuse(0.0, 1.0));
-    maker.level(0.0, [4.0; 2], false, floor);
+    maker.ground(4.0, floor);
     level_at(&mut maker, [1.0, numbers[0] as f32, 0.0], [0.5; 2], false, lamp);
     from_above(maker, 0.0, [0.0, 0.4, 0.0], 1e-3)
 }
@@ -121,7 +121,7 @@ fn lamps(numbers: &[f64]) -> SceneDesc {
     let count = numbers[0].max(1.0) as u32;
     let mut maker = Maker::default();
     let (floor, lamp) = (maker.diffuse(0.5, 0.0), maker.diffuse(0.0, 1.0));
-    maker.level(0.0, [4.0; 2], false, floor);
+    maker.ground(4.0, floor);
     let cell = 1.0 / f64::from(count);
     for (i, k) in (0..count).flat_map(|i| (0..count).map(move |k| (i, k))) {
         let centre = |n: u32| ((f64::from(n) + 0.5) * cell - 0.5) as f32;
@@ -134,7 +134,7 @@ fn lamps(numbers: &[f64]) -> SceneDesc {
 fn apart(numbers: &[f64]) -> SceneDesc {
     let mut maker = Maker::default();
     let (floor, dim, bright) = (maker.diffuse(1.0, 0.0), maker.diffuse(0.0, 1.0), maker.diffuse(0.0, numbers[0]));
-    maker.level(0.0, [2.0; 2], false, floor);
+    maker.ground(2.0, floor);
     level_at(&mut maker, [0.3, 1.0, 0.1], [0.25; 2], true, dim);
     level_at(&mut maker, [-1.0, 1.0, 0.1], [0.25; 2], false, bright);
     from_above(maker, 0.0, [0.0, 0.5, 0.0], 1e-2)
@@ -145,7 +145,7 @@ fn apart(numbers: &[f64]) -> SceneDesc {
 fn coincident(numbers: &[f64]) -> SceneDesc {
     let mut maker = Maker::default();
     let (floor, lamp, wall) = (maker.diffuse(0.5, 0.0), maker.diffuse(0.0, 1.0), maker.diffuse(0.7, 0.0));
-    maker.level(0.0, [2.0; 2], false, floor);
+    maker.ground(2.0, floor);
     let corners = [[-0.3, 1.0, -0.4], [0.5, 1.0, -0.4], [0.5, 1.0, 0.4], [-0.3, 1.0, 0.4]];
     let [a, b, c, d]: [[f32; 3]; 4] = corners;
     let original = |maker: &mut Maker| maker.quad([a, b, c, d], lamp);
@@ -176,7 +176,7 @@ fn pinhole(numbers: &[f64]) -> SceneDesc {
     let (hole, half) = (numbers[0] as f32, numbers[1] as f32);
     let mut maker = Maker::default();
     let (floor, lamp, sheet) = (maker.diffuse(0.5, 0.0), maker.diffuse(0.0, 1.0), maker.diffuse(0.0, 0.0));
-    maker.level(0.0, [2.0; 2], false, floor);
+    maker.ground(2.0, floor);
     maker.level(2.0, [half; 2], true, lamp);
     let ring = |half: f32| [[-half, 1.0, half], [half, 1.0, half], [half, 1.0, -half], [-half, 1.0, -half]];
     let (inner, outer) = (ring(hole), ring(2.0));

@@ -21,7 +21,7 @@ fn mirror_corridor(numbers: &[f64]) -> SceneDesc {
     maker.quad([[1.0, -1.0, -10.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, -10.0]], mirror);
     maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
     // Unfolded, the ray crosses the planes x = 1, 2, .. count on its way from x = 1/2 to x = count + 1/2.
-    maker.seen([0.5, 0.013, 0.0], [0.5 + 0.1 * count, 0.013, -1.0], 1e-3)
+    maker.seen([0.5, 0.013, 0.0], [0.5 + 0.1 * count, 0.013, -1.0], 1e-4)
 }
 
 /// A box of mirrors that emit: by the geometric sum, L = E (1 + r + .. + r^N).
