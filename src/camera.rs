@@ -4,6 +4,10 @@
 //! normalised. That direction has length 1 along the axis (in camera space, where a matrix places the camera), so a thin
 //! lens (pbrt-v4 section 5.2.3) is in focus where the pinhole's ray has the parameter `focus_distance`: a ray from lens
 //! point `o` goes to `direction * focus_distance - o`.
+//!
+//! Rays are normalised by the root of a sum of squares in f32. Where a field of view of nearly 180 degrees or a plane in focus
+//! far away would make those overflow (or a near one vanish), all of it is scaled by a power of two, which changes no direction
+//! and, everywhere else, no bit.
 
 use crate::fault::{Fault, planted};
 use crate::scene::desc::{CameraDesc, PixelFilter};
@@ -33,8 +37,49 @@ pub struct Lens {
     pub right: [f32; 3],
     /// Upwards, as long as the aperture's radius.
     pub up: [f32; 3],
-    /// Distance of the plane in focus, scene units.
+    /// What the pinhole's direction is multiplied by: the distance of the plane in focus, scene units, times
+    /// [`Lens::scale`], over the scale of the camera's directions.
     pub focus_distance: f32,
+    /// What the lens point is multiplied by before it is subtracted: a power of two, and 1 but for extreme lenses.
+    pub scale: f32,
+}
+
+/// The largest sum of lengths that directions are made of, and one over the smallest: their squares stay far from the ends of
+/// f32.
+const ORDINARY: f64 = 1_099_511_627_776.0; // 2^40
+
+/// The angle of a pixel, radians, below which there is a warning: directions are f32, and where the view is oblique to the axes
+/// they are then off by up to 0.38 pixels, 0.09 on average (3,000 random views; building them as the forward direction and small
+/// offsets would give 0.31 and 0.08: what is lost is lost by any f32 direction).
+pub const LEAST_PIXEL_ANGLE: f64 = 1.0 / 4_194_304.0; // 2^-22
+
+/// What the user should know of this camera with a film of `height` rows, one sentence each.
+pub fn warnings(desc: &CameraDesc, height: u32) -> Vec<String> {
+    let [forward, right, down] = axes(desc).map(DVec3::length);
+    let angle = pixel_length(desc, height) * right.min(down) / forward;
+    let warning = || {
+        format!(
+            "a pixel is {angle:.1e} rad large; below {LEAST_PIXEL_ANGLE:.1e} (2^-22) f32 directions that are oblique to the axes \
+             shift pictures by up to {:.1} pixels: use a larger vertical_fov and move the camera nearer",
+            0.4 * LEAST_PIXEL_ANGLE / angle
+        )
+    };
+    (angle < LEAST_PIXEL_ANGLE).then(warning).into_iter().collect()
+}
+
+/// The side of a pixel on a film at distance 1.
+fn pixel_length(desc: &CameraDesc, height: u32) -> f64 {
+    // libm, not the platform's tan: the camera must have the same bits everywhere.
+    2.0 * libm::tan(0.5 * desc.vertical_fov.to_radians()) / height as f64
+}
+
+/// 1 where `least` to `most` are ordinary, else the power of two that brings `most` near 1, as far as f32 has it.
+fn power_of_two(least: f64, most: f64) -> f64 {
+    if least >= 1.0 / ORDINARY && most <= ORDINARY {
+        return 1.0;
+    }
+    let exponent = (most.to_bits() >> 52) as i64 - 1023;
+    f64::from_bits(((-exponent).clamp(-126, 126) + 1023) as u64 * (1 << 52))
 }
 
 impl Camera {
@@ -43,19 +88,27 @@ impl Camera {
     pub fn new(desc: &CameraDesc, filter: PixelFilter, width: u32, height: u32) -> Camera {
         let position = DVec3::from(desc.eye()) * if planted(Fault::EyeElsewhere) { 1.001 } else { 1.0 };
         let [forward, right, down] = axes(desc);
-        // libm, not the platform's tan: the camera must have the same bits everywhere.
-        let pixel = 2.0 * libm::tan(0.5 * desc.vertical_fov.to_radians()) / height as f64;
+        let pixel = pixel_length(desc, height);
         let corner = forward - right * (0.5 * width as f64 * pixel) - down * (0.5 * height as f64 * pixel);
+        // Its half diagonal bounds every direction to the film but for the forward part.
+        let longest = corner.length() + forward.length();
+        let unit = power_of_two(1.0, longest);
+        let lens = |aperture: f64| {
+            let focus = desc.focus_distance * longest;
+            let scale = power_of_two(focus, focus.max(aperture * right.length().max(down.length())));
+            Lens {
+                right: (right * aperture).as_vec3().to_array(),
+                up: (-down * aperture).as_vec3().to_array(),
+                focus_distance: (desc.focus_distance * scale / unit) as f32,
+                scale: scale as f32,
+            }
+        };
         Camera {
             origin: position.as_vec3().to_array(),
-            corner: corner.as_vec3().to_array(),
-            right: (right * pixel).as_vec3().to_array(),
-            down: (down * pixel).as_vec3().to_array(),
-            lens: (desc.aperture_radius > 0.0).then(|| Lens {
-                right: (right * desc.aperture_radius).as_vec3().to_array(),
-                up: (-down * desc.aperture_radius).as_vec3().to_array(),
-                focus_distance: desc.focus_distance as f32,
-            }),
+            corner: (corner * unit).as_vec3().to_array(),
+            right: (right * pixel * unit).as_vec3().to_array(),
+            down: (down * pixel * unit).as_vec3().to_array(),
+            lens: (desc.aperture_radius > 0.0).then(|| lens(desc.aperture_radius)),
             filter,
         }
     }

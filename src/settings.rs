@@ -59,8 +59,10 @@ pub struct Settings {
     pub spp: u32,
     /// Stop after the first whole pass past this wall time, even if `spp` is not reached.
     pub time: Option<Duration>,
-    /// Stop after the first whole pass at which the picture's estimated relative error
-    /// ([`crate::Film::relative_error`]) is at or below this, even if `spp` is not reached.
+    /// Stop after the first whole pass at which the picture's estimated relative error is at or below this, even if `spp` is
+    /// not reached: what its samples' spread tells ([`crate::Film::relative_error`]) and, where paths meet light by chance,
+    /// what they may have missed of it ([`crate::Stats::unseen_error`]), as the root of the sum of the squares. Not before 16
+    /// samples a pixel and 16,384 in all.
     pub target_error: Option<f64>,
     /// How direct light is estimated.
     pub strategy: Strategy,

@@ -60,8 +60,14 @@ pub struct Stats {
     pub nonfinite: u64,
     /// The first few of them.
     pub nonfinite_samples: Vec<NonFinite>,
+    /// What light that no sample has met may add to the picture's relative error, as a target error counts it
+    /// ([`crate::film::RelativeError::unseen`]); `None` without a target error and for a black picture.
+    pub unseen_error: Option<f64>,
     /// Paths that reached the depth guard.
     pub guarded: u64,
+    /// What the user should know of the settings, one sentence each; scenes have warnings of their own
+    /// ([`crate::PreparedScene::warnings`]).
+    pub warnings: Vec<String>,
     /// Every sample that was asked for has been taken (false after a stop).
     pub finished: bool,
 }

@@ -1,7 +1,7 @@
 //! Conservative box tests: a box may be entered in vain, never missed.
 //!
 //! They cannot change a result, so they may use FMA. A slab is `near = b / d - (o / d + e)`, `far = b / d - (o / d - e)`
-//! with `e = 2^-21 (|o| + extent) |1 / d|`, which bounds the rounding of all three terms and what the triangle test moves corners
+//! with `e = 2^-22 (|o| + extent) |1 / d|`, which bounds the rounding of all three terms and what the triangle test moves corners
 //! by (`extent` is the largest |b| in the scene); the far side and the closest hit so far are then widened by `1 + 2^-21` (Ize 2013, "Robust BVH Ray
 //! Traversal"). The absolute term matters for rays that lie in a face of a box, where every relative widening is of 0.
 
@@ -9,7 +9,7 @@ use crate::lanes::{F32x8, Mask8, Vec3x8};
 
 /// What the closest hit is widened by before a box may be culled against it.
 pub(super) const WIDENING: f32 = 1.0 + 1.0 / (1 << 21) as f32;
-pub(super) const ROUNDING: f32 = 1.0 / (1 << 21) as f32;
+pub(super) const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
 /// Direction components are kept this far from 0: their inverses, times any coordinate up to 2^46, stay finite.
 const SMALLEST: f32 = 1.0 / (1u128 << 80) as f32;
 

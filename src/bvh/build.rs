@@ -22,6 +22,8 @@ pub struct Bvh {
     flat: Option<Flat>,
     /// By triangle id; empty if all are common.
     classes: Vec<u8>,
+    /// By leaf block, the lanes that are not common; empty if all are.
+    precise: Vec<u8>,
 }
 
 /// How to build.
@@ -83,10 +85,13 @@ impl Bvh {
     ) -> Self {
         let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
         let source = Self::source_tree(positions, triangles, include);
-        let classes = classify(&source, triangles.len(), vertices);
+        let classes = classify(&source, positions, triangles);
         let precise = |id: u32| classes.get(id as usize).is_some_and(|class| class & PRECISE != 0);
         let wide = collapse::collapse(&source, options.leaf_size.clamp(1, LANES), vertices, precise);
         let extent = source.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());
+        let bit = |lane: usize, id: u32| (precise(id) as u8) << lane;
+        let lanes_of = |block: &LeafBlock| (0..LANES).map(|lane| bit(lane, block.ids[lane])).fold(0, |a, b| a | b);
+        let lanes = if classes.is_empty() { Vec::new() } else { wide.leaves.iter().map(lanes_of).collect() };
         let (mut nodes, mut leaves) = (Table::zeroed(wide.nodes.len()), Table::zeroed(wide.leaves.len()));
         nodes.rows_mut().copy_from_slice(&wide.nodes);
         leaves.rows_mut().copy_from_slice(&wide.leaves);
@@ -97,7 +102,7 @@ impl Bvh {
             Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>(), extent)
         });
         let flat = flat.flatten();
-        Self { nodes, leaves, triangles, depth: wide.depth, extent, flat, classes }
+        Self { nodes, leaves, triangles, depth: wide.depth, extent, flat, classes, precise: lanes }
     }
 
     /// The binary tree that [`Bvh::build`] collapses, one triangle a leaf.
@@ -161,7 +166,13 @@ impl Bvh {
     }
     #[inline(always)]
     pub(super) fn walk_tables(&self) -> Tables<'_> {
-        Tables { nodes: self.nodes(), leaves: self.leaves(), classes: &self.classes, extent: self.extent }
+        Tables {
+            nodes: self.nodes(),
+            leaves: self.leaves(),
+            classes: &self.classes,
+            precise: &self.precise,
+            extent: self.extent,
+        }
     }
 
     /// Checks every promise of the tables: each node and block has one parent, boxes hold what is below them, ids ascend,

@@ -130,6 +130,8 @@ pub(super) struct Tables<'a> {
     pub(super) leaves: &'a [LeafBlock],
     /// Classes of triangles ([`crate::bvh::precise`]); empty if all are common.
     pub(super) classes: &'a [u8],
+    /// Per leaf block, its lanes that hold precise triangles; empty if all are common.
+    pub(super) precise: &'a [u8],
     /// The largest |coordinate|.
     pub(super) extent: f32,
 }

@@ -8,7 +8,7 @@
 //! What both tests say of an edge must leave no gap where a precise triangle meets a common one. There, and only there, the
 //! precise test takes the edge to lie as far out as the common test may see it.
 
-use crate::bvh::triangle::{PERMUTATION, dominant_axis};
+use crate::bvh::ray::{PERMUTATION, dominant_axis};
 use glam::DVec3;
 use obvhs::bvh2::Bvh2;
 use std::collections::{HashMap, HashSet};
@@ -23,9 +23,9 @@ pub const SHARED_EDGES: u8 = 0b111;
 /// Triangles are slivers beyond this aspect (longest edge over height). Up to it the common test errs, along the normal, by
 /// less than 1e-4 of the height.
 const SLIVER_ASPECT: f64 = 64.0;
-/// A triangle is huge if one so many times smaller lies on it: rays that leave the huge one then start 1e-4 of the size of
-/// the small one too high. (A thousandth of a floor is a usual size for a triangle of what stands on it.)
-const HUGE_RATIO: f32 = 256.0;
+/// A triangle is huge if an object (triangles that share corners) so many times smaller lies on it: rays that leave the huge
+/// one would start 1e-4 of a tenth of the object too high, and points where the object meets it would be as badly placed.
+const HUGE_RATIO: f32 = 512.0;
 /// What lies within this part of its longest edge from its box lies on a triangle.
 const ON_IT: f32 = 1.0 / 64.0;
 /// Half-ulps of the corners' distances by which the common test may move an edge, with a factor of 1.8 to spare.
@@ -35,30 +35,60 @@ const LEAST_AREA: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// The class of every triangle: 0, or [`PRECISE`], [`HUGE`] and its [`SHARED_EDGES`]. Empty if all are common. `tree` holds
 /// those that are to be looked at.
-pub(super) fn classify(tree: &Bvh2, count: usize, vertices: impl Fn(u32) -> [[f32; 3]; 3]) -> Vec<u8> {
-    let longest: Sizes = tree.primitive_indices.iter().map(|&id| (id, longest_edge(vertices(id)))).collect();
+pub(super) fn classify(tree: &Bvh2, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
+    let ids = &tree.primitive_indices;
+    let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
     let mut classes = Vec::new();
     let mut mark = |id: u32, class: u8| {
         if classes.is_empty() {
-            classes.resize(count, 0u8);
+            classes.resize(triangles.len(), 0u8);
         }
         classes[id as usize] |= class;
     };
-    for &(id, _) in longest.iter().filter(|&&(id, _)| aspect(vertices(id)) > SLIVER_ASPECT) {
-        mark(id, PRECISE);
-    }
-    let smallest = smallest_below(tree, &longest);
-    for &(id, size) in &longest {
-        if lies_on(tree, &smallest, bounds(vertices(id), size * ON_IT), size / HUGE_RATIO) {
-            mark(id, PRECISE | HUGE);
+    ids.iter().filter(|&&id| aspect(vertices(id)) > SLIVER_ASPECT).for_each(|&id| mark(id, PRECISE));
+    let longest: Vec<f32> = ids.iter().map(|&id| longest_edge(vertices(id))).collect();
+    let (least, most) = longest.iter().fold((f32::INFINITY, 0.0f32), |(a, b), &size| (a.min(size), b.max(size)));
+    if most > HUGE_RATIO * least {
+        let smallest = smallest_below(tree, &object_sizes(ids, positions, triangles));
+        for (&id, &size) in ids.iter().zip(&longest) {
+            if lies_on(tree, &smallest, bounds(vertices(id), size * ON_IT), size / HUGE_RATIO) {
+                mark(id, PRECISE | HUGE);
+            }
         }
     }
-    mark_shared_edges(&mut classes, &tree.primitive_indices, &vertices);
+    mark_shared_edges(&mut classes, ids, &vertices);
     classes
 }
 
-/// Ids with sizes, in the order of the tree's primitives.
-type Sizes = Vec<(u32, f32)>;
+/// Per triangle of `ids`, the size of the object it belongs to: the longest side of the box about all triangles that hang
+/// together by common corners.
+fn object_sizes(ids: &[u32], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<f32> {
+    let mut parent: Vec<u32> = (0..positions.len() as u32).collect();
+    fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
+        while parent[vertex as usize] != vertex {
+            parent[vertex as usize] = parent[parent[vertex as usize] as usize];
+            vertex = parent[vertex as usize];
+        }
+        vertex
+    }
+    for &id in ids {
+        let [a, b, c] = triangles[id as usize].map(|vertex| root(&mut parent, vertex));
+        let least = a.min(b).min(c);
+        [a, b, c].into_iter().for_each(|vertex| parent[vertex as usize] = least);
+    }
+    let mut boxes: HashMap<u32, [[f32; 2]; 3]> = HashMap::new();
+    for &id in ids {
+        let object = root(&mut parent, triangles[id as usize][0]);
+        let own = boxes.entry(object).or_insert([[f32::INFINITY, f32::NEG_INFINITY]; 3]);
+        for corner in triangles[id as usize].map(|vertex| positions[vertex as usize]) {
+            for axis in 0..3 {
+                own[axis] = [own[axis][0].min(corner[axis]), own[axis][1].max(corner[axis])];
+            }
+        }
+    }
+    let size = |[x, y, z]: [[f32; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
+    ids.iter().map(|&id| size(boxes[&root(&mut parent, triangles[id as usize][0])])).collect()
+}
 
 fn longest_edge([a, b, c]: [[f32; 3]; 3]) -> f32 {
     let edge = |p: [f32; 3], q: [f32; 3]| DVec3::from(p.map(f64::from)).distance(DVec3::from(q.map(f64::from)));
@@ -79,13 +109,13 @@ fn bounds(vertices: [[f32; 3]; 3], margin: f32) -> [[f32; 2]; 3] {
     })
 }
 
-/// Per node of `tree`, the smallest triangle below it.
-fn smallest_below(tree: &Bvh2, longest: &Sizes) -> Vec<f32> {
+/// Per node of `tree`, the least of the `sizes` of its primitives.
+fn smallest_below(tree: &Bvh2, sizes: &[f32]) -> Vec<f32> {
     let mut smallest = vec![f32::INFINITY; tree.nodes.len()];
     for (index, node) in tree.nodes.iter().enumerate().rev() {
         let first = node.first_index as usize;
         smallest[index] = if node.is_leaf() {
-            longest[first..first + node.prim_count as usize].iter().fold(f32::INFINITY, |least, one| least.min(one.1))
+            sizes[first..first + node.prim_count as usize].iter().copied().fold(f32::INFINITY, f32::min)
         } else {
             smallest[first].min(smallest[first + 1])
         };
@@ -93,7 +123,7 @@ fn smallest_below(tree: &Bvh2, longest: &Sizes) -> Vec<f32> {
     smallest
 }
 
-/// Whether a triangle smaller than `size` has a box that meets `bounds`.
+/// Whether something smaller than `size` has a box that meets `bounds`.
 fn lies_on(tree: &Bvh2, smallest: &[f32], bounds: [[f32; 2]; 3], size: f32) -> bool {
     if smallest.first().is_none_or(|&least| least >= size) {
         return false;
@@ -181,12 +211,15 @@ impl PreciseRay {
     /// ray may leave a floor at y = 0 from y = 0.
     pub(super) fn hit(&self, vertices: [[f32; 3]; 3], class: u8) -> Option<PreciseHit> {
         let [kx, ky, kz] = self.axes;
-        let [p, q, r] = vertices.map(|v| DVec3::from(v.map(f64::from)));
-        let seen = [p - self.origin, q - self.origin, r - self.origin];
-        let reach = seen.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+        // Not `map`, which is a call here.
+        let wide = |v: [f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+        let (p, q, r) = (wide(vertices[0]), wide(vertices[1]), wide(vertices[2]));
+        let (from_p, from_q, from_r) = (p - self.origin, q - self.origin, r - self.origin);
+        let reach = from_p.abs().max(from_q.abs()).max(from_r.abs()).max_element();
         let depth = self.direction[kz];
         let shear = [self.direction[kx] / depth, self.direction[ky] / depth];
-        let [[ax, ay], [bx, by], [cx, cy]] = seen.map(|v| [v[kx] - shear[0] * v[kz], v[ky] - shear[1] * v[kz]]);
+        let sheared = |v: DVec3| (v[kx] - shear[0] * v[kz], v[ky] - shear[1] * v[kz]);
+        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(from_p), sheared(from_q), sheared(from_r));
         let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
         let sign = if (u + v) + w < 0.0 { -1.0 } else { 1.0 };
         let (u, v, w) = (u * sign, v * sign, w * sign);
@@ -203,16 +236,17 @@ impl PreciseRay {
                 return None;
             }
         }
-        let [u, v, w] = [u, v, w].map(|edge| if edge > 0.0 { edge } else { 0.0 });
+        let inner = |edge: f64| if edge > 0.0 { edge } else { 0.0 };
+        let (u, v, w) = (inner(u), inner(v), inner(w));
         let det = (u + v) + w;
         let size = a.max(b).max(c);
         if !(det > LEAST_AREA * (size * size)) {
             return None;
         }
         let normal = (q - p).cross(r - p);
-        let t = normal.dot(seen[0]) / normal.dot(self.direction);
+        let t = normal.dot(from_p) / normal.dot(self.direction);
         // Between the corners, whatever rounding makes of a plane seen edge-on.
-        let [a, b, c] = seen.map(|v| v[kz] / depth);
+        let (a, b, c) = (from_p[kz] / depth, from_q[kz] / depth, from_r[kz] / depth);
         let (first, last) = (a.min(b).min(c), a.max(b).max(c));
         let t = (if t < first {
             first

@@ -43,6 +43,7 @@ pub struct Scratch {
     single: Stack,
     packet: PacketStack,
     stream: Stream,
+    corners: Box<walk_flat::Corners>,
 }
 
 impl Scratch {
@@ -90,7 +91,7 @@ const FEW: usize = 4;
 const PROBE: usize = 64;
 /// The share of live lanes above which packets are faster than streams, to the closest hit and to any: where they were
 /// level in rooms with 20,000, 80,000 and 1.2 million triangles, at four densities of rays.
-const CLOSEST_TOGETHER: f64 = 0.5;
+const CLOSEST_TOGETHER: f64 = 0.4;
 const ANY_TOGETHER: f64 = 0.58;
 
 thread_local! {
@@ -262,11 +263,11 @@ impl Bvh {
                 let Some(flat) = self.flat() else {
                     return self.intersect_by(Walk::Packet, rays, range, hits, scratch, counters);
                 };
-                let mut corners = walk_flat::NO_CORNERS;
+                let corners = &mut *scratch.corners;
                 for first in range.clone().step_by(LANES) {
                     let active = Mask8::first((range.end - first).min(LANES));
                     let packet = rays.packet(first);
-                    let hit = walk_flat::closest(flat, self.extent(), &packet, active, &mut corners, counters);
+                    let hit = walk_flat::closest(flat, self.extent(), &packet, active, corners, counters);
                     hits.set_packet(first, &hit);
                 }
             }
@@ -328,7 +329,7 @@ impl Bvh {
             }
             return;
         }
-        let mut corners = walk_flat::NO_CORNERS;
+        let corners = &mut *scratch.corners;
         for first in range.clone().step_by(LANES) {
             let lanes = (range.end - first).min(LANES);
             blocked[first / LANES] = match walk {
@@ -344,7 +345,7 @@ impl Bvh {
                     let flat = self.flat().expect("just seen");
                     let (packet, active) = (rays.packet(first), Mask8::first(lanes));
                     let aimed = (&packet, segments.before8(first));
-                    walk_flat::any(flat, self.extent(), aimed, active, &mut corners, counters).bits()
+                    walk_flat::any(flat, self.extent(), aimed, active, corners, counters).bits()
                 }
                 Walk::Packet | Walk::Stream | Walk::Flat => {
                     let (packet, active) = (rays.packet(first), Mask8::first(lanes));

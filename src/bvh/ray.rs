@@ -27,14 +27,38 @@ pub(super) struct Ray {
 }
 
 impl Ray {
-    /// Whether it is made of numbers, as [`RayPacket::finite`] has it.
+    /// Whether it is made of numbers and its direction in range, as [`RayPacket::finite`] has it.
     #[inline(always)]
     pub(super) fn is_finite(&self) -> bool {
         let [[ox, oy, oz], [dx, dy, dz]] = [self.origin, self.direction];
         let nothing = ((ox * 0.0 + oy * 0.0) + (oz * 0.0 + dx * 0.0)) + (dy * 0.0 + dz * 0.0);
-        nothing == 0.0 && !self.tmin.is_nan() && !self.tmax.is_nan()
+        let longest = dx.abs().max(dy.abs()).max(dz.abs());
+        let in_range = (SHORTEST_DIRECTION..=LONGEST_DIRECTION).contains(&longest);
+        nothing == 0.0 && in_range && !self.tmin.is_nan() && !self.tmax.is_nan()
     }
 }
+
+/// The index of the largest of three magnitudes, the lowest on ties; 2 if they are NaN.
+#[inline(always)]
+pub(super) fn dominant_axis(x: f32, y: f32, z: f32) -> usize {
+    let (x, y, z) = (x.abs(), y.abs(), z.abs());
+    if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    }
+}
+
+/// `[kx, ky, kz]` by `kz`.
+pub(super) const PERMUTATION: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
+/// The least largest component of a direction. Boxes take components for at least 2^-80, which in a direction of this length
+/// bends a ray by less than they are widened; shorter ones would be led past what they hit.
+pub const SHORTEST_DIRECTION: f32 = 1.0 / (1u64 << 56) as f32;
+/// The greatest one: the parameters of hits are still normal numbers.
+pub const LONGEST_DIRECTION: f32 = (1u64 << 56) as f32;
 
 /// A ray's closest hit.
 #[derive(Clone, Copy)]
@@ -55,7 +79,8 @@ impl Hit {
 }
 
 /// Eight rays. A hit counts if `tmin < t <= tmax`, with `t` in units of the direction's length. A ray that is not made of
-/// numbers (an origin or direction of infinity or NaN, a `tmin` or `tmax` of NaN) hits nothing.
+/// numbers (an origin or direction of infinity or NaN, a `tmin` or `tmax` of NaN) hits nothing, nor does one whose direction's
+/// largest component is below 2^-56 or above 2^56.
 ///
 /// ```
 /// use octray::{F32x8, Mask8, RayPacket, Scene, Vec3x8};
@@ -74,7 +99,7 @@ impl Hit {
 pub struct RayPacket {
     /// Origins, scene units.
     pub origin: Vec3x8,
-    /// Directions; any finite length but 0.
+    /// Directions; the largest component from 2^-56 to 2^56.
     pub direction: Vec3x8,
     /// Where the rays begin (exclusive); 0 or more.
     pub tmin: F32x8,
@@ -83,13 +108,15 @@ pub struct RayPacket {
 }
 
 impl RayPacket {
-    /// The rays that are made of numbers. Others hit nothing, in any walk; in a packet they would spoil what is worked out
+    /// The rays that are made of numbers, with directions in range. Others hit nothing, in any walk; in a packet they would spoil what is worked out
     /// for all its rays at once.
     #[inline(always)]
     pub(super) fn finite(&self) -> Mask8 {
         let (o, d) = (self.origin.scale(F32x8::ZERO), self.direction.scale(F32x8::ZERO));
         let nothing = ((o.x + o.y) + (o.z + d.x)) + (d.y + d.z);
-        nothing.eq(F32x8::ZERO) & self.tmin.eq(self.tmin) & self.tmax.eq(self.tmax)
+        let longest = self.direction.abs().max_element();
+        let in_range = longest.ge(F32x8::splat(SHORTEST_DIRECTION)) & longest.le(F32x8::splat(LONGEST_DIRECTION));
+        nothing.eq(F32x8::ZERO) & in_range & self.tmin.eq(self.tmin) & self.tmax.eq(self.tmax)
     }
 
     /// Eight rays of which the idle ones are copies of a live one and hit nothing.

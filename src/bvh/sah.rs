@@ -17,9 +17,6 @@ const BINS: usize = 16;
 /// Ranges of fewer triangles are built by one thread.
 const PARALLEL_TRIANGLES: usize = 1 << 15;
 
-/// How far beside a triangle hits may be found, in parts of its size ([`crate::bvh::triangle`]).
-pub(super) const HIT_MARGIN: f32 = 1.0 / 4096.0;
-
 /// A box and the triangle in it: lanes 0-2 min, 4-6 negated max, so that the union of two is one lane minimum. Lane 3 of a
 /// triangle's box is its id.
 #[derive(Clone, Copy)]
@@ -29,7 +26,6 @@ pub(super) struct PrimBox([f32; 8]);
 impl PrimBox {
     const EMPTY: Self = Self([f32::INFINITY; 8]);
 
-    /// The box of a triangle, larger than it by 2^-12 of its size: where the triangle test may find hits.
     pub(super) fn new(vertices: [[f32; 3]; 3], id: u32) -> Self {
         let mut lanes = [f32::INFINITY; 8];
         for vertex in vertices {
@@ -37,10 +33,6 @@ impl PrimBox {
                 lanes[axis] = lanes[axis].min(vertex[axis]);
                 lanes[4 + axis] = lanes[4 + axis].min(-vertex[axis]);
             }
-        }
-        let size = (0..3).map(|axis| -lanes[4 + axis] - lanes[axis]).fold(0.0, f32::max);
-        for axis in [0, 1, 2, 4, 5, 6] {
-            lanes[axis] -= size * HIT_MARGIN;
         }
         lanes[3] = f32::from_bits(id);
         Self(lanes)

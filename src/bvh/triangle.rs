@@ -15,7 +15,7 @@
 //! T = (U * Az + V * Bz) + W * Cz
 //! t = T / det, u = V / det, v = W / det
 //! hit: (U, V, W all >= 0, or all <= 0) and (det < 0 or det > 0) and t > tmin and t <= tmax,
-//!      decided in f64 where |det| < 2^-7 m m, m the largest of |Ax|, |Ay|, |Bx|, |By|, |Cx|, |Cy|
+//!      decided in f64 where |det| < 2^-6 m m, m the largest of |Ax|, |Ay|, |Bx|, |By|, |Cx|, |Cy|
 //! ```
 //!
 //! Every comparison is false for NaN. An edge function of 0 counts as inside: neighbours compute it from the same numbers,
@@ -25,14 +25,15 @@
 //!
 //! Near an edge rounding may move the projected corners by a few half-ulps of their distances, for all triangles of a corner
 //! alike. Seen nearly edge-on, it may do more: `t` then lies between those of the corners, but the ray may pass them by. So
-//! where `det` is below 2^-7 of the largest squared |x| or |y| of the sheared corners, the ray counts as one seen edge-on, and
-//! [`crate::bvh::precise`] decides. Above that, the point of the ray at `t` is less than 2^-12 of the triangle's size away from
-//! the triangle (the identity `U A + V B + W C = 0` holds up to the rounding of U, V and W: 9 x 2^-24 x 2^7 of it); boxes
-//! around triangles are that much larger, so no box is ever missed that holds a hit.
+//! where `det` is below 2^-6 of the largest squared |x| or |y| of the sheared corners, the ray counts as one seen edge-on, and
+//! [`crate::bvh::precise`] decides. Above that, the point of the ray at `t` is next to the triangle (the identity
+//! `U A + V B + W C = 0` holds up to the rounding of U, V and W), by less than boxes are widened in the test of a ray, so no
+//! box is missed that holds a hit. (The bound for the worst rounding is a few times what boxes are widened by; boxes that are
+//! larger by all of it, 2^-12 of their triangles, took 5 % longer, since every ray then enters the box it leaves.)
 
 use crate::bvh::node::LeafBlock;
-use crate::bvh::precise::PreciseHit;
-use crate::bvh::ray::{HitPacket, NO_HIT};
+use crate::bvh::precise::{PreciseHit, PreciseRay};
+use crate::bvh::ray::{HitPacket, NO_HIT, PERMUTATION, RayPacket, dominant_axis};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 
 /// What the test knows of a ray and a triangle before it divides.
@@ -48,25 +49,35 @@ pub(super) struct Edges {
 }
 
 /// The part of the corners' squared distances below which a projected triangle is seen edge-on.
-pub(super) const EDGE_ON: f32 = 1.0 / 128.0;
+pub(super) const EDGE_ON: f32 = 1.0 / 64.0;
 
 impl Edges {
     /// Rays that see the triangle so nearly edge-on that this test is too coarse; asked for where it is hit.
     #[inline(always)]
     pub(super) fn edge_on(&self) -> Mask8 {
-        let [a, b, c] = self.corners.map(|[x, y, _]| x.abs().max(y.abs()));
-        let size = a.max(b).max(c);
+        // Not `map`, which is a call here.
+        let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = self.corners;
+        let size = ax.abs().max(ay.abs()).max(bx.abs().max(by.abs())).max(cx.abs().max(cy.abs()));
         self.det.abs().lt(F32x8::splat(EDGE_ON) * (size * size))
+    }
+
+    /// Rays that are blocked by triangle `id` before `tmax`, or at `tmax` itself if `id` is below that of `before`.
+    #[inline(always)]
+    pub(super) fn blocked(&self, rays: &RayPacket, before: U32x8, id: u32) -> Mask8 {
+        let t = self.t_scaled / self.det;
+        let ends = t.lt(rays.tmax) | (t.eq(rays.tmax) & U32x8::splat(id).lt_signed(before));
+        self.inside & t.gt(rays.tmin) & ends
     }
 
     /// Rays that may hit the triangle if its corners lie up to `moved` elsewhere: no precise hit is among the others.
     #[inline(always)]
     pub(super) fn near(&self, moved: F32x8) -> Mask8 {
-        let [a, b, c] = self.corners.map(|[x, y, _]| x.abs() + y.abs());
+        let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = self.corners;
+        let sum = (ax.abs() + ay.abs()) + (bx.abs() + by.abs()) + (cx.abs() + cy.abs());
         let least = self.u.min(self.v).min(self.w);
         let most = self.u.max(self.v).max(self.w);
         // Not `ge`: what overflowed to NaN is near.
-        !least.max(-most).lt(-(moved * (a + b + c)))
+        !least.max(-most).lt(-(moved * sum))
     }
 }
 
@@ -101,19 +112,6 @@ pub(super) fn edges([a, b, c]: [[F32x8; 3]; 3]) -> Edges {
     Edges { v, w, det, t_scaled, inside, u, corners: [a, b, c] }
 }
 
-/// The index of the largest of three magnitudes, the lowest on ties; 2 if they are NaN.
-#[inline(always)]
-pub(super) fn dominant_axis(x: f32, y: f32, z: f32) -> usize {
-    let (x, y, z) = (x.abs(), y.abs(), z.abs());
-    if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
-    } else {
-        2
-    }
-}
-
 /// [`dominant_axis`] of eight: where it is 0, where it is 1.
 #[inline(always)]
 pub(super) fn dominant_axis8(direction: Vec3x8) -> (Mask8, Mask8) {
@@ -121,9 +119,6 @@ pub(super) fn dominant_axis8(direction: Vec3x8) -> (Mask8, Mask8) {
     let is_x = x.ge(y) & x.ge(z);
     (is_x, y.ge(z).and_not(is_x))
 }
-
-/// `[kx, ky, kz]` by `kz`.
-pub(super) const PERMUTATION: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// A single ray, ready for triangles: every lane the same.
 #[derive(Clone, Copy)]
@@ -237,29 +232,73 @@ impl Best {
         self.det = take.select(edges.det, self.det);
     }
 
-    /// Takes a hit in f64 on triangle `id` for the ray of lane `lane`, as [`Best::update`] does.
+    /// As [`Best::update`] leaves it for the rays of `lanes`, decided in f64. By value, so that the hits of a walk that never
+    /// comes here stay in registers.
     #[cold]
-    pub(super) fn update_lane(&mut self, lane: usize, hit: PreciseHit, id: u32, tmin: f32) {
-        let (best, triangle) = (self.t.to_array()[lane], self.triangle.to_array()[lane]);
-        if hit.t > tmin && (hit.t < best || (hit.t == best && id < triangle)) {
-            let set = |column: &mut F32x8, value: f32| {
-                let mut lanes = column.to_array();
-                lanes[lane] = value;
-                *column = F32x8::from_array(lanes);
-            };
-            set(&mut self.t, hit.t);
-            set(&mut self.v, hit.u);
-            set(&mut self.w, hit.v);
-            set(&mut self.det, 1.0);
-            let mut ids = self.triangle.to_array();
-            ids[lane] = id;
-            self.triangle = U32x8::from_array(ids);
-        }
+    #[inline(never)]
+    pub(super) fn updated_precisely(
+        mut self,
+        rays: &RayPacket,
+        vertices: [[f32; 3]; 3],
+        (id, class): (u32, u8),
+        lanes: Mask8,
+    ) -> Self {
+        let tmin = rays.tmin.to_array();
+        let [mut t, mut v, mut w, mut det] = [self.t, self.v, self.w, self.det].map(F32x8::to_array);
+        let mut triangle = self.triangle.to_array();
+        for_each_precise_hit(rays, vertices, class, lanes, |lane, hit| {
+            if hit.t > tmin[lane] && (hit.t < t[lane] || (hit.t == t[lane] && id < triangle[lane])) {
+                (t[lane], v[lane], w[lane], det[lane], triangle[lane]) = (hit.t, hit.u, hit.v, 1.0, id);
+            }
+        });
+        [self.t, self.v, self.w, self.det] = [t, v, w, det].map(F32x8::from_array);
+        self.triangle = U32x8::from_array(triangle);
+        self
     }
 
     /// The finished hits; `u` and `v` are 0 where nothing is hit.
     #[inline(always)]
     pub(super) fn hits(&self) -> HitPacket {
         HitPacket { t: self.t, triangle: self.triangle, u: self.v / self.det, v: self.w / self.det }
+    }
+}
+
+/// Which rays of `lanes` hit a triangle before `tmax`, or at `tmax` itself if its id is below that of `before`, in f64.
+#[cold]
+#[inline(never)]
+pub(super) fn blocked_precisely(
+    rays: &RayPacket,
+    before: U32x8,
+    vertices: [[f32; 3]; 3],
+    (id, class): (u32, u8),
+    lanes: Mask8,
+) -> Mask8 {
+    let (tmin, tmax, before) = (rays.tmin.to_array(), rays.tmax.to_array(), before.to_array());
+    let mut blocked = 0;
+    for_each_precise_hit(rays, vertices, class, lanes, |lane, hit| {
+        let ends = hit.t < tmax[lane] || (hit.t == tmax[lane] && (id as i32) < before[lane] as i32);
+        blocked |= ((hit.t > tmin[lane] && ends) as u8) << lane;
+    });
+    Mask8::from_bits(blocked)
+}
+
+/// Tells of the hits in f64 that the rays of `lanes` have on a triangle, at any `t`.
+fn for_each_precise_hit(
+    rays: &RayPacket,
+    vertices: [[f32; 3]; 3],
+    class: u8,
+    lanes: Mask8,
+    mut tell: impl FnMut(usize, PreciseHit),
+) {
+    let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
+    let (origin, direction) = (columns(rays.origin), columns(rays.direction));
+    let mut bits = lanes.bits();
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize & 7;
+        bits &= bits - 1;
+        let ray = PreciseRay::new(origin.map(|axis| axis[lane]), direction.map(|axis| axis[lane]));
+        if let Some(hit) = ray.hit(vertices, class) {
+            tell(lane, hit);
+        }
     }
 }

@@ -9,19 +9,29 @@
 //! - whether a triangle is hit is not asked by a branch, which would be mispredicted half the time (17 to 25 %).
 
 use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use crate::bvh::precise::{PreciseHit, PreciseRay, SHARED_EDGES};
+use crate::bvh::precise::SHARED_EDGES;
 use crate::bvh::ray::{HitPacket, RayPacket, WalkCounters};
-use crate::bvh::sah::HIT_MARGIN;
-use crate::bvh::triangle::{Best, EDGE_ON, Edges, dominant_axis8, edges, sheared};
-use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::bvh::triangle::{Best, EDGE_ON, Edges, blocked_precisely, dominant_axis8, edges, sheared};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// The most corners in a leaf.
 const CORNERS: usize = 32;
-/// Working memory: the sheared corners of the leaf that is visited. The caller makes it once for many packets: clearing 3 KiB
-/// for each took 2 % of a whole render.
-pub(super) type Corners = [[F32x8; 3]; CORNERS];
-/// [`Corners`] to begin with.
-pub(super) const NO_CORNERS: Corners = [[F32x8::ZERO; 3]; CORNERS];
+/// Working memory: the sheared corners of the leaf that is visited. It lies in the callers' scratch: clearing 3 KiB for each
+/// packet, which the compiler does for an array on the stack wherever it is written, took 10 % of the walk's instructions.
+#[derive(Clone)]
+pub(super) struct Corners([[F32x8; 3]; CORNERS]);
+
+impl Default for Corners {
+    fn default() -> Self {
+        Self([[F32x8::ZERO; 3]; CORNERS])
+    }
+}
+
+impl std::fmt::Debug for Corners {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("sheared corners")
+    }
+}
 /// What a visit of a leaf, a corner and a triangle take, roughly in cycles.
 const LEAF_COST: f32 = 12.0;
 const CORNER_COST: f32 = 4.0;
@@ -64,8 +74,6 @@ type Vertices = [[f32; 3]; 3];
 struct Group {
     corners: Vec<[f32; 3]>,
     triangles: Vec<Triangle>,
-    /// That of the largest triangle.
-    size: f32,
 }
 
 /// The longest side of a triangle's box.
@@ -81,7 +89,6 @@ impl Group {
     /// Adds a triangle unless it has too many new corners.
     fn add(&mut self, id: u32, vertices: Vertices) -> bool {
         let before = self.corners.len();
-        self.size = self.size.max(size_of_triangle(vertices));
         let corners = vertices.map(|vertex| {
             let known = self.corners.iter().position(|corner| corner.map(f32::to_bits) == vertex.map(f32::to_bits));
             known.unwrap_or_else(|| {
@@ -101,9 +108,7 @@ impl Group {
         std::array::from_fn(|axis| {
             let along =
                 |fold: fn(f32, f32) -> f32, from| self.corners.iter().map(|corner| corner[axis]).fold(from, fold);
-            let (low, high) = (along(f32::min, f32::INFINITY), along(f32::max, f32::NEG_INFINITY));
-            let margin = self.size * HIT_MARGIN;
-            [low - margin, high + margin]
+            [along(f32::min, f32::INFINITY), along(f32::max, f32::NEG_INFINITY)]
         })
     }
 
@@ -241,7 +246,7 @@ impl Rays {
     #[inline(always)]
     fn shear_corners(&self, flat: &Flat, leaf: &Leaf, sheared_corners: &mut Corners) {
         let corners = &flat.corners[leaf.corners.start as usize..leaf.corners.end as usize];
-        for (to, corner) in sheared_corners.iter_mut().zip(corners) {
+        for (to, corner) in sheared_corners.0.iter_mut().zip(corners) {
             let corner = F32x8::from_array(*corner);
             *to = sheared(std::array::from_fn(|k| corner.permute(self.axes[k]) - self.origin[k]), self.shear);
         }
@@ -256,44 +261,61 @@ impl Leaf {
 }
 
 impl Triangle {
-    /// The rays of `live` that hit the triangle and may see it edge-on: hardly ever one.
+    /// Whether a ray of `live` hits the triangle and may see it edge-on: hardly ever one.
     #[inline(always)]
-    fn may_be_edge_on(&self, edges: &Edges, live: Mask8) -> Mask8 {
-        edges.inside & live & edges.det.abs().lt(F32x8::splat(self.edge_on))
+    fn may_be_edge_on(&self, edges: &Edges, live: Mask8) -> bool {
+        (edges.inside & live & edges.det.abs().lt(F32x8::splat(self.edge_on))).any()
     }
 
-    /// Tells of the hits in f64 that the rays of `lanes` have, at any `t`.
-    #[cold]
-    #[inline(never)]
-    fn precise_hits(
-        &self,
-        flat: &Flat,
-        leaf: &Leaf,
-        rays: &RayPacket,
-        lanes: Mask8,
-        mut take: impl FnMut(usize, PreciseHit),
-    ) {
-        let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
-        let (origin, direction) = (columns(rays.origin), columns(rays.direction));
-        let corner = |corner: u8| {
+    /// Its corners, scene units.
+    fn vertices(&self, flat: &Flat, leaf: &Leaf) -> Vertices {
+        self.corners.map(|corner| {
             let [x, y, z, ..] = flat.corners[leaf.corners.start as usize + corner as usize];
             [x, y, z]
-        };
-        for at in (0..LANES).filter(|at| lanes.bits() >> at & 1 == 1) {
-            let ray = PreciseRay::new(origin.map(|axis| axis[at]), direction.map(|axis| axis[at]));
-            if let Some(hit) = ray.hit(self.corners.map(corner), SHARED_EDGES) {
-                take(at, hit);
-            }
-        }
+        })
     }
 
     #[inline(always)]
     fn corners(&self, sheared_corners: &Corners) -> [[F32x8; 3]; 3] {
         // Not `map`, which is a call here.
         let [a, b, c] = self.corners;
-        let corner = |corner: u8| sheared_corners[corner as usize % CORNERS];
+        let corner = |corner: u8| sheared_corners.0[corner as usize % CORNERS];
         [corner(a), corner(b), corner(c)]
     }
+}
+
+/// The hits of `live` rays after a triangle that some may see edge-on. (All is worked out anew: what is kept for the sake of a
+/// path hardly ever taken would cost the other one its registers.)
+#[cold]
+#[inline(never)]
+fn updated_carefully(
+    mut best: Best,
+    triangle: &Triangle,
+    vertices: Vertices,
+    corners: &Corners,
+    packet: &RayPacket,
+    live: Mask8,
+) -> Best {
+    let edges = edges(triangle.corners(corners));
+    let edge_on = edges.inside & live & edges.edge_on();
+    best.update_descending(&edges, triangle.id, live.and_not(edge_on), packet.tmin);
+    best.updated_precisely(packet, vertices, (triangle.id, SHARED_EDGES), edge_on)
+}
+
+/// Which `live` rays are blocked by a triangle that some may see edge-on.
+#[cold]
+#[inline(never)]
+fn blocked_carefully(
+    triangle: &Triangle,
+    vertices: Vertices,
+    corners: &Corners,
+    (packet, before): (&RayPacket, U32x8),
+    live: Mask8,
+) -> Mask8 {
+    let edges = edges(triangle.corners(corners));
+    let edge_on = edges.inside & live & edges.edge_on();
+    let blocked = edges.blocked(packet, before, triangle.id) & live.and_not(edge_on);
+    blocked | blocked_precisely(packet, before, vertices, (triangle.id, SHARED_EDGES), edge_on)
 }
 
 /// Closest hits of eight rays.
@@ -322,16 +344,11 @@ pub(super) fn closest(
             rays.shear_corners(flat, leaf, corners);
             for triangle in leaf.triangles(flat) {
                 let edges = edges(triangle.corners(corners));
-                let mut common = live;
-                let edge_on = triangle.may_be_edge_on(&edges, live);
-                if edge_on.any() {
-                    let edge_on = edge_on & edges.edge_on();
-                    common = live.and_not(edge_on);
-                    triangle.precise_hits(flat, leaf, &packet, edge_on, |lane, hit| {
-                        best.update_lane(lane, hit, triangle.id, packet.tmin.to_array()[lane]);
-                    });
+                if triangle.may_be_edge_on(&edges, live) {
+                    best = updated_carefully(best, triangle, triangle.vertices(flat, leaf), corners, &packet, live);
+                } else {
+                    best.update_descending(&edges, triangle.id, live, rays.tmin);
                 }
-                best.update_descending(&edges, triangle.id, common, rays.tmin);
             }
         }
     }
@@ -367,22 +384,17 @@ pub(super) fn any(
             let mut blocked = Mask8::NONE;
             for triangle in leaf.triangles(flat) {
                 let edges = edges(triangle.corners(corners));
-                let mut common = live;
-                let edge_on = triangle.may_be_edge_on(&edges, live);
                 // Of what ends a ray at its very end only lower ids count.
                 let lower = U32x8::splat(triangle.id).lt_signed(before);
-                let end = lower.select(packet.tmax, below_tmax);
-                if edge_on.any() {
-                    let edge_on = edge_on & edges.edge_on();
-                    common = live.and_not(edge_on);
-                    triangle.precise_hits(flat, leaf, &packet, edge_on, |lane, hit| {
-                        if hit.t > packet.tmin.to_array()[lane] && hit.t <= end.to_array()[lane] {
-                            blocked = blocked | Mask8::from_bits(1 << lane);
-                        }
-                    });
+                if triangle.may_be_edge_on(&edges, live) {
+                    let vertices = triangle.vertices(flat, leaf);
+                    let found = blocked_carefully(triangle, vertices, corners, (&packet, before), live);
+                    blocked = blocked | found;
+                } else {
+                    let t = edges.t_scaled / edges.det;
+                    let end = lower.select(packet.tmax, below_tmax);
+                    blocked = blocked | (edges.inside & (t.gt(packet.tmin) & t.le(end)));
                 }
-                let t = edges.t_scaled / edges.det;
-                blocked = blocked | ((edges.inside & common) & (t.gt(packet.tmin) & t.le(end)));
             }
             open = open.and_not(blocked & live);
             if !open.any() {

@@ -2,10 +2,10 @@
 
 use crate::bvh::boxes::{EightRaysBoxes, Interval, WIDENING};
 use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf, triangles_in};
-use crate::bvh::precise::{PRECISE, PreciseHit, PreciseRay, SHARED_EDGES};
+use crate::bvh::precise::{PRECISE, SHARED_EDGES};
 use crate::bvh::ray::{HitPacket, RayPacket, WalkCounters};
-use crate::bvh::triangle::{Best, EightRays, most_moved};
-use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::bvh::triangle::{Best, EightRays, blocked_precisely, most_moved};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Nodes and leaves still to be visited, with every lane's distance: NaN where its ray misses the box, so that it is below
 /// nothing, not even below the infinite `t` of a ray that has hit nothing.
@@ -87,28 +87,21 @@ pub(super) fn closest(
                 if own.any() {
                     for lane in 0..triangles_in(next) {
                         let edges = triangles.edges(block, lane, kz);
-                        if precise && is_precise(tables, block.ids[lane]) {
+                        let id = block.ids[lane];
+                        if precise && is_precise(tables, id) {
                             let near = own & edges.near(most_moved8(&rays, tables.extent));
-                            precise_hits(
-                                &rays,
-                                block,
-                                lane,
-                                near,
-                                tables.classes[block.ids[lane] as usize],
-                                |at, hit| {
-                                    best.update_lane(at, hit, block.ids[lane], rays.tmin.to_array()[at]);
-                                },
-                            );
+                            if near.any() {
+                                let triangle = (id, tables.classes[id as usize]);
+                                best = best.updated_precisely(&rays, block.corners(lane), triangle, near);
+                            }
                             continue;
                         }
                         let inside = edges.inside & own;
                         if inside.any() {
-                            let edge_on = inside & edges.edge_on();
-                            best.update(&edges, block.ids[lane], own.and_not(edge_on), rays.tmin);
-                            if edge_on.any() {
-                                precise_hits(&rays, block, lane, edge_on, SHARED_EDGES, |at, hit| {
-                                    best.update_lane(at, hit, block.ids[lane], rays.tmin.to_array()[at]);
-                                });
+                            if (inside & edges.edge_on()).any() {
+                                best = updated_carefully(best, &triangles, (block, lane), kz, &rays, own);
+                            } else {
+                                best.update(&edges, id, own, rays.tmin);
                             }
                         }
                     }
@@ -177,27 +170,38 @@ fn most_moved8(rays: &RayPacket, extent: f32) -> F32x8 {
     F32x8::from_array(std::array::from_fn(|lane| most_moved([x[lane], y[lane], z[lane]], extent)))
 }
 
-/// Tells of the hits in f64 that the rays of `lanes` have on triangle `lane` of a block, at any `t`.
+/// The hits of the rays of `own` after triangle `lane` of a block that some see edge-on. (All is worked out anew: what is kept
+/// for the sake of a path hardly ever taken would cost the other one its registers.)
+#[cold]
 #[inline(never)]
-fn precise_hits(
+fn updated_carefully(
+    mut best: Best,
+    triangles: &EightRays,
+    (block, lane): (&LeafBlock, usize),
+    kz: usize,
     rays: &RayPacket,
-    block: &LeafBlock,
-    lane: usize,
-    lanes: Mask8,
-    class: u8,
-    mut take: impl FnMut(usize, PreciseHit),
-) {
-    let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
-    let (origin, direction) = (columns(rays.origin), columns(rays.direction));
-    let mut bits = lanes.bits();
-    while bits != 0 {
-        let at = bits.trailing_zeros() as usize & 7;
-        bits &= bits - 1;
-        let ray = PreciseRay::new(origin.map(|axis| axis[at]), direction.map(|axis| axis[at]));
-        if let Some(hit) = ray.hit(block.corners(lane), class) {
-            take(at, hit);
-        }
-    }
+    own: Mask8,
+) -> Best {
+    let (edges, id) = (triangles.edges(block, lane, kz), block.ids[lane]);
+    let edge_on = edges.inside & own & edges.edge_on();
+    best.update(&edges, id, own.and_not(edge_on), rays.tmin);
+    best.updated_precisely(rays, block.corners(lane), (id, SHARED_EDGES), edge_on)
+}
+
+/// Which rays of `own` are blocked by triangle `lane` of a block that some see edge-on.
+#[cold]
+#[inline(never)]
+fn blocked_carefully(
+    triangles: &EightRays,
+    (block, lane): (&LeafBlock, usize),
+    kz: usize,
+    (rays, before): (&RayPacket, U32x8),
+    own: Mask8,
+) -> Mask8 {
+    let (edges, id) = (triangles.edges(block, lane, kz), block.ids[lane]);
+    let edge_on = edges.inside & own & edges.edge_on();
+    let blocked = edges.blocked(rays, before, id) & own.and_not(edge_on);
+    blocked | blocked_precisely(rays, before, block.corners(lane), (id, SHARED_EDGES), edge_on)
 }
 
 /// Which of eight rays hit anything before `tmax`, or at `tmax` itself a triangle of an id below that of `before`.
@@ -236,27 +240,23 @@ pub(super) fn any(
                     for lane in 0..triangles_in(next) {
                         let edges = triangles.edges(block, lane, kz);
                         let id = block.ids[lane];
-                        let mut blocks = |at: usize, hit: PreciseHit| {
-                            let (tmin, tmax) = (rays.tmin.to_array()[at], rays.tmax.to_array()[at]);
-                            let ends = hit.t < tmax || (hit.t == tmax && id < before.to_array()[at]);
-                            if hit.t > tmin && ends {
-                                open = open.and_not(Mask8::from_bits(1 << at));
-                            }
-                        };
                         if precise && is_precise(tables, id) {
                             let near = own & edges.near(most_moved8(&rays, tables.extent));
-                            precise_hits(&rays, block, lane, near, tables.classes[id as usize], blocks);
+                            if near.any() {
+                                let triangle = (id, tables.classes[id as usize]);
+                                let corners = block.corners(lane);
+                                open = open.and_not(blocked_precisely(&rays, before, corners, triangle, near));
+                            }
                             continue;
                         }
                         let inside = edges.inside & own;
                         if inside.any() {
-                            let edge_on = inside & edges.edge_on();
-                            if edge_on.any() {
-                                precise_hits(&rays, block, lane, edge_on, SHARED_EDGES, &mut blocks);
-                            }
-                            let t = edges.t_scaled / edges.det;
-                            let ends = t.lt(rays.tmax) | (t.eq(rays.tmax) & U32x8::splat(id).lt_signed(before));
-                            open = open.and_not(inside.and_not(edge_on) & t.gt(rays.tmin) & ends);
+                            let blocked = if (inside & edges.edge_on()).any() {
+                                blocked_carefully(&triangles, (block, lane), kz, (&rays, before), own)
+                            } else {
+                                edges.blocked(&rays, before, id) & own
+                            };
+                            open = open.and_not(blocked);
                         }
                     }
                 }

@@ -43,7 +43,7 @@ impl Search<'_> {
         let mut changed = false;
         let mut common = edges.inside;
         if holds_precise(word) || common.any() {
-            let coarse = coarse(&edges, block, self.tables, word, self.ray);
+            let coarse = coarse(&edges, self.tables, word, self.ray);
             common = common.and_not(coarse);
             if coarse.any() {
                 for_each_precise(self.ray, block, self.tables, coarse, |id, hit| {
@@ -87,22 +87,14 @@ impl Search<'_> {
 
 /// The lanes of a block that are to be decided in f64: precise triangles that the ray may hit, others that it hits edge-on.
 #[inline(always)]
-fn coarse(edges: &Edges, block: &LeafBlock, tables: Tables, word: u32, ray: &Ray) -> Mask8 {
+fn coarse(edges: &Edges, tables: Tables, word: u32, ray: &Ray) -> Mask8 {
     let edge_on = edges.inside & edges.edge_on();
     if !holds_precise(word) {
         return edge_on;
     }
-    let precise = precise_lanes(block, tables);
+    let precise = Mask8::from_bits(tables.precise[block_of(word)]);
     let near = edges.near(F32x8::splat(most_moved(ray.origin, tables.extent)));
     (precise & near) | edge_on.and_not(precise)
-}
-
-/// The lanes of a block that hold precise triangles.
-#[inline(always)]
-pub(super) fn precise_lanes(block: &LeafBlock, tables: Tables) -> Mask8 {
-    let class = |id: u32| tables.classes.get(id as usize).copied().unwrap_or(0);
-    let bit = |lane: usize| ((class(block.ids[lane]) & PRECISE != 0) as u8) << lane;
-    Mask8::from_bits((0..LANES).map(bit).fold(0, |bits, bit| bits | bit))
 }
 
 /// Tells of the hits in f64 that a ray has on triangles `lanes` of a block, at any `t`.
@@ -210,7 +202,7 @@ pub(super) fn any_where(
             let edges = triangles.edges(block);
             let mut common = edges.inside;
             if holds_precise(next) || common.any() {
-                let coarse = coarse(&edges, block, tables, next, ray);
+                let coarse = coarse(&edges, tables, next, ray);
                 common = common.and_not(coarse);
                 let mut blocked = false;
                 if coarse.any() {

@@ -6,12 +6,12 @@
 //! stack is a sentinel that is never culled, so popping does not ask whether there is anything left.
 
 use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use crate::bvh::node::{LEAF_BIT, Node, Tables, block_of, holds_precise};
+use crate::bvh::node::{LEAF_BIT, LeafBlock, Node, Tables, block_of, holds_precise};
 use crate::bvh::prefetch::prefetch;
-use crate::bvh::ray::{HitPacket, NO_HIT, Ray, RayPacket};
+use crate::bvh::ray::{HitPacket, NO_HIT, PERMUTATION, Ray, RayPacket};
 use crate::bvh::sort::sort_children;
-use crate::bvh::triangle::{PERMUTATION, dominant_axis8, edges, most_moved, sheared};
-use crate::bvh::walk_single::{for_each_precise, precise_lanes};
+use crate::bvh::triangle::{Edges, dominant_axis8, edges, most_moved, sheared};
+use crate::bvh::walk_single::for_each_precise;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Rays in flight: 16 to 32 measured alike, 8 and 64 lose.
@@ -281,45 +281,52 @@ impl Rays {
         };
         let shear = [splat(self.shear_x[row]), splat(self.shear_y[row]), splat(self.shear_z[row])];
         let edges = edges([sheared(corner(0), shear), sheared(corner(1), shear), sheared(corner(2), shear)]);
-        let mut inside = edges.inside;
-        let mut found = false;
-        if holds_precise(word) || inside.any() {
-            let mut coarse = inside & edges.edge_on();
-            if holds_precise(word) {
-                let precise = precise_lanes(block, tables);
-                let origin = given(row).origin;
-                let near = edges.near(splat(most_moved(origin, tables.extent)));
-                coarse = coarse.and_not(precise) | (precise & near);
-            }
-            inside = inside.and_not(coarse);
-            if coarse.any() {
-                found = self.test_precise::<ANY>(row, block_of(word), tables, coarse, &given(row));
-            }
+        let inside = edges.inside;
+        if holds_precise(word) {
+            let precise = Mask8::from_bits(tables.precise[block_of(word)]);
+            let near = edges.near(splat(most_moved(given(row).origin, tables.extent)));
+            let coarse = (inside & edges.edge_on()).and_not(precise) | (precise & near);
+            let found = self.test_precise::<ANY>(row, block_of(word), tables, coarse, &given(row));
+            return self.take::<ANY>(row, block, &edges, inside.and_not(coarse | precise)) | found;
         }
+        if !inside.any() {
+            return false;
+        }
+        let edge_on = inside & edges.edge_on();
+        if edge_on.any() {
+            let found = self.test_precise::<ANY>(row, block_of(word), tables, edge_on, &given(row));
+            return self.take::<ANY>(row, block, &edges, inside.and_not(edge_on)) | found;
+        }
+        self.take::<ANY>(row, block, &edges, inside)
+    }
+
+    /// Takes the closest hit on the triangles `inside` of a block if it is closer, or as close and of a lower id.
+    #[inline(always)]
+    fn take<const ANY: bool>(&mut self, row: usize, block: &LeafBlock, edges: &Edges, inside: Mask8) -> bool {
         let t = edges.t_scaled / edges.det;
-        let best = self.t[row];
+        let best = F32x8::splat(self.t[row]);
         let ends = if ANY {
-            let ids = U32x8::from_array(block.ids);
-            t.lt(splat(best)) | (t.eq(splat(best)) & ids.lt_signed(U32x8::splat(self.before[row])))
+            let lower = U32x8::from_array(block.ids).lt_signed(U32x8::splat(self.before[row]));
+            t.lt(best) | (t.eq(best) & lower)
         } else {
-            t.le(splat(best))
+            t.le(best)
         };
-        let hits = inside & t.gt(splat(self.tmin[row])) & ends;
-        let hit = hits.any();
+        let hits = inside & t.gt(F32x8::splat(self.tmin[row])) & ends;
+        let found = hits.any();
         if ANY {
-            self.triangle[row] = if hit | found { 0 } else { self.triangle[row] };
-        } else if hit {
+            self.triangle[row] = if found { 0 } else { self.triangle[row] };
+        } else if found {
             let nearest = hits.select(t, F32x8::splat(f32::INFINITY)).min_of_lanes();
             let lane = (hits & t.le(F32x8::splat(nearest))).bits().trailing_zeros() as usize & 7;
             let (id, t) = (block.ids[lane], t.to_array()[lane]);
-            if t < best || id < self.triangle[row] {
+            if t < self.t[row] || id < self.triangle[row] {
                 (self.t[row], self.triangle[row]) = (t, id);
                 self.v[row] = edges.v.to_array()[lane];
                 self.w[row] = edges.w.to_array()[lane];
                 self.det[row] = edges.det.to_array()[lane];
             }
         }
-        hit | found
+        found
     }
 
     /// The part of [`Rays::test_leaf`] that is decided in f64, for the triangles `lanes` of a block.
@@ -338,7 +345,9 @@ impl Rays {
             let (best, triangle) = (self.t[row], if ANY { self.before[row] } else { self.triangle[row] });
             if hit.t > self.tmin[row] && (hit.t < best || (hit.t == best && id < triangle)) {
                 found = true;
-                if !ANY {
+                if ANY {
+                    self.triangle[row] = 0;
+                } else {
                     (self.t[row], self.triangle[row]) = (hit.t, id);
                     (self.v[row], self.w[row], self.det[row]) = (hit.u, hit.v, 1.0);
                 }

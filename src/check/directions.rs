@@ -126,12 +126,25 @@ fn denormal_components(effort: &Effort) -> Result<Outcome> {
     })
 }
 
-/// Directions of any length from 1e-30 to 1e30: t in units of it.
+/// Directions of any length from 1e-16 to 1e16: t in units of it. Longer and shorter ones hit nothing, by any walk.
 fn any_length(effort: &Effort) -> Result<Outcome> {
-    in_the_room(effort, 3, 65_536, 1e-6, |numbers| {
+    let within = in_the_room(effort, 3, 65_536, 1e-6, |numbers| {
         let direction = numbers.direction();
-        (direction * numbers.magnitude(-30.0, 30.0)).as_vec3()
-    })
+        (direction * numbers.magnitude(-16.0, 16.0)).as_vec3()
+    })?;
+    let trial = Trial::new("furnace", &[0.5, 0.5])?;
+    let (mut rays, mut numbers) = (Rays::default(), Numbers::new(10));
+    for _ in 0..effort.cases(BATCH) {
+        let length = numbers.magnitude(17.3, 38.0);
+        let length = if numbers.below(2) == 0 { length } else { 1.0 / length };
+        let origin = inside(&mut numbers);
+        rays.push(origin, (numbers.direction() * length).as_vec3());
+    }
+    let reference = rays.reference(&trial.prepared);
+    let (differ, first) = rays.differing(&trial.prepared, &reference);
+    let hit = reference.iter().filter(|hit| hit.is_some()).count();
+    let beyond = format!("{differ} rays beyond have other bits than in the reference, {hit} hit something: {first}");
+    Ok(within.and(differ == 0 && hit == 0, beyond))
 }
 
 /// Rays that are not made of numbers hit nothing, by any walk.

@@ -91,7 +91,7 @@ fn one_texel(effort: &Effort) -> Result<Outcome> {
 fn noise_map(columns: u32, rows: u32) -> EnvironmentMap {
     let texels = noise(columns, rows, 5).into_iter().map(|value| [value; 3]).collect();
     let file = "noise".to_string();
-    EnvironmentMap::new(&MapDesc { file, width: columns, height: rows, texels, rotate: 77.0, scale: 1.0 })
+    EnvironmentMap::new(&MapDesc { file, width: columns, height: rows, texels, rotate: 77.0, scale: 1.0 }, 1.0)
 }
 
 /// Columns and rows of maps.
@@ -214,7 +214,7 @@ fn total_power(_: &Effort) -> Result<Outcome> {
             let texels = values.into_iter().map(|value| [value; 3]).collect();
             let file = "a map".to_string();
             let map = MapDesc { file, width: columns, height: rows, texels, rotate: 0.0, scale: 1.0 };
-            let error = (EnvironmentMap::new(&map).mean_radiance / wanted.total() - 1.0).abs();
+            let error = (EnvironmentMap::new(&map, 1.0).mean_radiance / wanted.total() - 1.0).abs();
             if worse(error, worst) {
                 (worst, note) = (error, format!("worst on {columns} x {rows}, bright row {bright:?}"));
             }

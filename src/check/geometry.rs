@@ -264,7 +264,8 @@ fn duplicates_change_nothing(effort: &Effort) -> Result<Outcome> {
     let once = wanted(&scene.desc, &|_| None)?;
     let film = crate::render::render(&once, &settings).film;
     let mut differing = Differing::default();
-    let copies: [(&str, &dyn Fn([u32; 3]) -> Option<[u32; 3]>); 3] = [
+    type Copied = dyn Fn([u32; 3]) -> Option<[u32; 3]>;
+    let copies: [(&str, &Copied); 3] = [
         ("as they are", &|corners| Some(corners)),
         ("turned", &|[a, b, c]| Some([b, c, a])),
         ("reversed", &|[a, b, c]| Some([a, c, b])),

@@ -17,7 +17,7 @@ pub fn irradiance(point: DVec3, normal: DVec3, corners: [DVec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|corner| corner - point);
     let area = 0.5 * (b - a).cross(c - a);
     let centre = (a + b + c) / 3.0;
-    if !(area.dot(centre) < 0.0) || [a, b, c].iter().any(|corner| corner.dot(normal) <= 0.0) {
+    if area.dot(centre) >= 0.0 || [a, b, c].iter().any(|corner| corner.dot(normal) <= 0.0) {
         return 0.0;
     }
     let distance = centre.length();

@@ -507,7 +507,7 @@ fn environment_directions(effort: &Effort) -> Result<Outcome> {
         let texels = noise(columns, rows, 5).into_iter().map(|value| [value; 3]).collect();
         let file = "noise".to_string();
         let desc = MapDesc { file, width: columns, height: rows, texels, rotate: 77.0, scale: 1.0 };
-        let map = EnvironmentMap::new(&desc);
+        let map = EnvironmentMap::new(&desc, 1.0);
         let distribution = map.distribution(false);
         for _ in 0..cases / 3 {
             let words = [numbers.word(), numbers.word()];

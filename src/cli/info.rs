@@ -1,6 +1,7 @@
 //! `octray info`: what a scene holds and needs, the plan, what was left out.
 
 use crate::api::Scene;
+use crate::camera;
 use crate::cli::args::EstimatorArgs;
 use crate::cli::output::{JsonArgs, table};
 use crate::cli::{prepare, warn};
@@ -41,6 +42,8 @@ struct Info {
     /// Columns and rows.
     film: (u32, u32),
     triangles: usize,
+    /// Triangles too thin, or too large beside what lies on them, for f32: rays meet them in f64.
+    precise_triangles: usize,
     /// Emissive triangles, and one for an environment.
     lights: usize,
     tables: Vec<Table>,
@@ -62,7 +65,9 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
     let prepared = prepare(&scene)?;
-    let warnings = [&scene.desc.warnings[..], &prepared.warnings[..]].concat();
+    let of_view = camera::warnings(&scene.desc.camera, scene.desc.film.1);
+    of_view.iter().for_each(|warning| warn(warning));
+    let warnings = [&scene.desc.warnings[..], &prepared.warnings[..], &of_view[..]].concat();
     let info = gather(&prepared, &settings, warnings);
     args.json.deliver(&info, || text(&info))?;
     Ok(0)
@@ -77,6 +82,7 @@ fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) 
         scene: prepared.name.clone(),
         features: prepared.features,
         triangles: prepared.triangles.len(),
+        precise_triangles: prepared.bvh.precise_triangles().0,
         lights: prepared.emitters.len() + prepared.environment.is_some() as usize,
         film: setup.frame.film,
         tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
@@ -97,6 +103,7 @@ fn text(info: &Info) -> String {
     text += &table(&[
         row("film", format!("{} x {} pixels", info.film.0, info.film.1)),
         row("triangles", info.triangles.to_string()),
+        row("  tested in f64", info.precise_triangles.to_string()),
         row("lights", info.lights.to_string()),
         row("loaded in", format!("{:.3} s", info.load_s)),
         row("built in", format!("{:.3} s", info.build_s)),

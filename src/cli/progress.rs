@@ -1,5 +1,6 @@
 //! The progress bar: on standard error, only where that is a terminal.
 
+use crate::film::RelativeError;
 use crate::render::Progress;
 use crate::settings::Settings;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -44,12 +45,18 @@ impl Bar {
 }
 
 /// The finished part, in [0, 1]: of the samples, of the time or of the way to the target error, whichever ends first. The
-/// squared error falls as 1 / samples, so the samples still needed follow from it.
+/// parts of the error fall as known powers of the samples, so the samples still needed follow from them.
 fn fraction(progress: &Progress, time: Option<Duration>, target: Option<f64>) -> f64 {
     let samples = progress.samples as f64 / progress.total.max(1) as f64;
     let time = time.map_or(0.0, |time| progress.seconds / time.as_secs_f64());
-    let target = target.zip(progress.relative_error).map_or(0.0, |(target, error)| (target / error).powi(2));
+    let target = growth(progress, target).map_or(0.0, f64::recip);
     samples.max(time).max(target).min(1.0)
+}
+
+/// The factor on the samples that leads to the target error.
+fn growth(progress: &Progress, target: Option<f64>) -> Option<f64> {
+    let error = RelativeError { seen: progress.relative_error?, unseen: progress.unseen_error };
+    Some(error.growth(target?))
 }
 
 /// Samples a second of this call: those of earlier calls cost it no time.
@@ -66,8 +73,7 @@ fn seconds_left(progress: &Progress, time: Option<Duration>, target: Option<f64>
     let samples = progress.samples as f64;
     let to_samples = |wanted: f64| (wanted - samples).max(0.0) / pace;
     let to_time = time.map(|time| (time.as_secs_f64() - progress.seconds).max(0.0));
-    let to_target =
-        target.zip(progress.relative_error).map(|(target, error)| to_samples(samples * (error / target).powi(2)));
+    let to_target = growth(progress, target).map(|growth| to_samples(samples * growth));
     let to_total = to_samples(progress.total as f64);
     Some([to_time, to_target].into_iter().flatten().fold(to_total, f64::min))
 }
@@ -79,6 +85,9 @@ fn message(progress: &Progress, seconds_left: Option<f64>) -> String {
     }
     if let Some(error) = progress.relative_error {
         parts.push(format!("error {:.2} %", error * 100.0));
+        if progress.unseen_error > 0.1 * error {
+            parts.push(format!("light not met up to {:.2} %", progress.unseen_error * 100.0));
+        }
     }
     parts.join(", ")
 }
@@ -98,7 +107,8 @@ mod tests {
 
     #[test]
     fn the_bar_follows_whichever_ends_first() {
-        let progress = Progress { samples: 25, resumed: 0, total: 100, seconds: 6.0, relative_error: None };
+        let progress =
+            Progress { samples: 25, resumed: 0, total: 100, seconds: 6.0, relative_error: None, unseen_error: 0.0 };
         assert_eq!(fraction(&progress, None, None), 0.25);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(8)), None), 0.75);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(1)), None), 1.0);
@@ -107,13 +117,19 @@ mod tests {
         assert_eq!(fraction(&Progress { relative_error: Some(0.02), ..progress }, None, Some(0.01)), 0.25);
         assert_eq!(fraction(&later, None, Some(0.05)), 1.0);
         assert_eq!(message(&later, seconds_left(&later, None, None)), "0.00 Msamples/s, 18 s left, error 3.12 %");
+        // What no sample has met counts as well, and falls faster.
+        let unseen = Progress { relative_error: Some(1e-9), unseen_error: 0.08, ..progress };
+        assert!((fraction(&unseen, None, Some(0.04)) - 0.5).abs() < 1e-6);
+        let words = "0.00 Msamples/s, 6 s left, error 0.00 %, light not met up to 8.00 %";
+        assert_eq!(message(&unseen, seconds_left(&unseen, None, Some(0.04))), words);
         assert_eq!([59.0, 61.0, 3700.0].map(duration), ["59 s", "1 min 01 s", "1 h 01 min"]);
     }
 
     #[test]
     fn the_time_left_follows_from_the_samples_of_this_call() {
         // An earlier call has taken 60; this one 20 in 10 seconds.
-        let progress = Progress { samples: 80, resumed: 60, total: 100, seconds: 10.0, relative_error: Some(0.02) };
+        let (resumed, relative_error, unseen_error) = (60, Some(0.02), 0.0);
+        let progress = Progress { samples: 80, resumed, total: 100, seconds: 10.0, relative_error, unseen_error };
         let left = |time: Option<u64>, target| seconds_left(&progress, time.map(Duration::from_secs), target);
         assert_eq!(samples_per_second(&progress), 2.0);
         assert_eq!(left(None, None), Some(10.0));

@@ -1,6 +1,7 @@
 //! `octray render`: a scene to image files.
 
 use crate::api::Scene;
+use crate::camera;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs};
 use crate::cli::interrupt;
@@ -10,7 +11,8 @@ use crate::cli::resume::State;
 use crate::cli::stats::Report;
 use crate::cli::{prepare, report, warn};
 use crate::error::{Error, Result};
-use crate::image::check_output_path;
+use crate::film::OutOfRange;
+use crate::image::{Format, check_output_path};
 use crate::render::{Render, render_from};
 use crate::settings::{Crop, Engine, Settings};
 use crate::setup::frame::Frame;
@@ -32,8 +34,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_negative_numbers = true)]
     time: Option<Duration>,
     /// Stop once the picture's relative standard error is down to E (0.01 or 1%): the root of the mean variance of the
-    /// pixels' means over the mean radiance, channels averaged, as the samples' own spread tells it; after at least 16
-    /// samples a pixel
+    /// pixels' means over the mean radiance, channels averaged, as the samples' own spread tells it, and beside it what
+    /// bright light that none of them has met may come to; after at least 16 samples a pixel, 16,384 in all
     #[arg(long, value_name = "E", value_parser = args::relative_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
     #[command(flatten)]
@@ -78,6 +80,7 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     let start = state.read(&mut settings)?;
     let start_spp = start.as_ref().map_or(0, |film| film.spp);
     let mut warnings = scene.desc.warnings.clone();
+    warnings.extend(camera::warnings(&scene.desc.camera, frame.film.1));
     warnings.iter().for_each(|warning| warn(warning));
 
     let prepared = prepare(&scene)?;
@@ -91,7 +94,8 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     bar.finish();
 
     render.film.exposure = args.exposure;
-    let found = findings(&render);
+    let mut found = findings(&render);
+    found.extend(beyond_f32(&render, &args.output));
     found.iter().for_each(|warning| warn(warning));
     warnings.extend(found);
     // Every file is tried: one full disk must not cost the picture that fits elsewhere.
@@ -201,6 +205,28 @@ fn findings(render: &Render) -> Vec<String> {
         found.push(format!("the finished image is all black; {hint}"));
     }
     found
+}
+
+/// What the image files cannot hold as it is.
+fn beyond_f32(render: &Render, outputs: &[PathBuf]) -> Option<String> {
+    let film = &render.film;
+    let OutOfRange { means, large_variances, small_variances } = film.out_of_range();
+    let exr = outputs.iter().any(|path| matches!(Format::of(path), Ok(Format::Exr)));
+    let mut parts = Vec::new();
+    let mut part = |count: usize, what: &str, bound: f32| {
+        if count > 0 {
+            parts.push(format!("{count} pixels have {what} beyond {bound:.1e}, which stands in its place"));
+        }
+    };
+    part(means, "a mean", f32::MAX);
+    // In a picture of ordinary brightness a standard deviation of 1e-19 more or less is nothing.
+    let dim = film.mean_radiance().into_iter().fold(0.0, f64::max) < 1e-13;
+    if exr {
+        part(large_variances, "a variance", f32::MAX);
+        part(if dim { small_variances } else { 0 }, "a variance", f32::MIN_POSITIVE);
+    }
+    let what = "error figures made of these are wrong; scale the lights' radiance";
+    (!parts.is_empty()).then(|| format!("image files hold f32: {}: {what}", parts.join("; ")))
 }
 
 /// One line: what was rendered, how long it took, where it is.

@@ -49,7 +49,9 @@ pub struct Report<'a> {
     relative_error_se: Option<f64>,
     /// 95 % interval: `relative_error` and 1.96 standard errors to both sides, not below 0.
     relative_error_interval: Option<[f64; 2]>,
-    /// What `--target-error` asked for.
+    /// What light that no sample has met may add to the error, as the target error counts it; `null` without one.
+    unseen_error: Option<f64>,
+    /// What `--target-error` asked for: the root of the squares of `relative_error` and `unseen_error` is at or below it.
     target_error: Option<f64>,
     /// Samples a pixel that came from an interrupted render; rays, seconds and stages are those of this call alone.
     resumed_from_spp: u32,
@@ -113,6 +115,7 @@ impl<'a> Report<'a> {
             relative_error: error.map(|(error, _)| error),
             relative_error_se: error.map(|(_, standard_error)| standard_error),
             relative_error_interval: error.map(|(error, se)| [(error - 1.96 * se).max(0.0), error + 1.96 * se]),
+            unseen_error: stats.unseen_error,
             target_error: settings.target_error,
             resumed_from_spp,
             finished: stats.finished,

@@ -53,6 +53,7 @@ pub fn run(args: &TraceArgs) -> Result<u8> {
     }
     let prepared = prepare(&scene)?;
     let setup = Setup::new(&prepared, &settings);
+    setup.warnings.iter().for_each(|warning| warn(warning));
     let mut vertices = Vec::new();
     single::path::trace_path(&setup, (x, y), args.sample, &mut |vertex| vertices.push(vertex));
     let scalar = path_steps(&vertices);
@@ -61,13 +62,24 @@ pub fn run(args: &TraceArgs) -> Result<u8> {
     let (strategy, sample, seed) = (settings.strategy, args.sample, settings.seed);
     print(&format!(
         "{}, {strategy}, pixel {x},{y} of {width} x {height}, sample {sample}, seed {seed}\n\n\
-         steps of the scalar reference\n{}\nboth engines, ray by ray\n{}\n{}\n",
+         {}steps of the scalar reference\n{}\nboth engines, ray by ray\n{}\n{}\n",
         prepared.name,
+        unit_note(prepared.radiance_unit),
         step_table(&vertices),
         comparison(&scalar, &packet),
         verdict(&scalar, difference),
     ))?;
     Ok(if difference.is_none() { 0 } else { 1 })
+}
+
+/// What radiances count in, where that is not 1.
+fn unit_note(unit: f64) -> String {
+    match unit {
+        1.0 => String::new(),
+        _ => format!(
+            "gains, contributions and radiance count in units of {unit:e}: this scene's radiances are extreme\n\n"
+        ),
+    }
 }
 
 /// What the reference did, one row a step.

@@ -12,7 +12,7 @@ pub mod error;
 pub mod sealed;
 pub mod sums;
 
-pub use error::ErrorSums;
+pub use error::{ErrorSums, RelativeError};
 pub use sums::{GroupSums, Pixel, Sums};
 
 use crate::settings::{Crop, Sampler};
@@ -39,6 +39,17 @@ pub struct Place {
     pub y: u32,
     /// Columns and rows of the whole film.
     pub film: (u32, u32),
+}
+
+/// Pixels whose values leave the range of f32.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutOfRange {
+    /// With a mean above the largest f32.
+    pub means: usize,
+    /// With a variance above the largest f32.
+    pub large_variances: usize,
+    /// With a variance below the smallest normal f32, but above 0.
+    pub small_variances: usize,
 }
 
 /// The sums of a picture (or of a crop of it), row 0 at the top.
@@ -86,20 +97,43 @@ impl Film {
         Sums { pixels: &self.pixels, groups: &self.groups, spp: self.spp }
     }
 
-    /// The mean of a pixel's samples: its radiance, rounded once to f32.
+    /// The mean of a pixel's samples: its radiance, rounded once to f32; the largest f32 where it is larger.
     pub fn mean(&self, x: u32, y: u32) -> [f32; 3] {
         let pixel = self.pixel(x, y);
-        pixel.sum.map(|sum| (sum / self.spp.max(1) as f64) as f32)
+        pixel.sum.map(|sum| match sum / self.spp.max(1) as f64 {
+            mean if mean.is_finite() => (mean as f32).clamp(f32::MIN, f32::MAX),
+            mean => mean as f32,
+        })
     }
 
     /// The estimated variance of [`Film::mean`], per channel: s^2 / n, or by the spread of the groups' means; 0 where it is
-    /// not known: below two samples, or four that are not independent.
+    /// not known: below two samples, or four that are not independent. What leaves the range of f32 (squares do so soon: those
+    /// of 2e19 above, of 1e-19 below) is its largest or its smallest normal number instead; see [`Film::out_of_range`].
     pub fn variance(&self, x: u32, y: u32) -> [f32; 3] {
         let sums = self.sums();
         if !sums.tell_errors() {
             return [0.0; 3];
         }
-        sums.variance(y as usize * self.width as usize + x as usize).map(|variance| variance as f32)
+        sums.variance(y as usize * self.width as usize + x as usize).map(|variance| match variance {
+            0.0 => 0.0,
+            _ => (variance as f32).clamp(f32::MIN_POSITIVE, f32::MAX),
+        })
+    }
+
+    /// How many pixels of image files hold a bound of f32 in place of a value beyond it.
+    pub fn out_of_range(&self) -> OutOfRange {
+        let mut found = OutOfRange::default();
+        let (sums, spp) = (self.sums(), self.spp.max(1) as f64);
+        for (index, pixel) in self.pixels.iter().enumerate() {
+            let most = pixel.sum.iter().copied().fold(0.0, f64::max) / spp;
+            found.means += (most > f64::from(f32::MAX)) as usize;
+            if sums.tell_errors() {
+                let variance = sums.variance(index);
+                found.large_variances += variance.iter().any(|&v| v > f64::from(f32::MAX)) as usize;
+                found.small_variances += variance.iter().any(|&v| v > 0.0 && v < f64::from(f32::MIN_POSITIVE)) as usize;
+            }
+        }
+        found
     }
 
     /// The mean radiance of the picture, per channel.
@@ -144,6 +178,35 @@ mod tests {
         let (error, standard_error) = film.relative_error_estimate().unwrap();
         assert!((error - 0.5f64.sqrt() / 2.0).abs() < 1e-12);
         assert!((standard_error - 0.5 * 2f64.sqrt() * error).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_f32_cannot_hold_saturates_and_is_counted() {
+        // Two samples, 0 and 2 s, have the mean s and the variance of the mean s^2.
+        let of = |s: f32| {
+            let mut film = Film { spp: 2, ..Film::new(Crop { x: 0, y: 0, width: 1, height: 1 }) };
+            assert!(film.pixels[0].add([0.0; 3]) && film.pixels[0].add([0.0, s, 2.0 * s]));
+            let ([_, _, mean], [none, half, variance]) = (film.mean(0, 0), film.variance(0, 0));
+            assert!(none == 0.0 && half.is_finite() && half > 0.0 && half <= variance, "{s}: {half} {variance}");
+            (mean, variance, film.out_of_range())
+        };
+        let fine = OutOfRange::default();
+        assert_eq!(of(1.0), (1.0, 1.0, fine));
+        for s in [1e18, 1.8e19, 2.3e-19, 1e-10] {
+            let (mean, variance, found) = of(s);
+            assert_eq!((mean, variance, found), (s, (f64::from(s) * f64::from(s)) as f32, fine), "{s}");
+        }
+        let (large, small) = (OutOfRange { large_variances: 1, ..fine }, OutOfRange { small_variances: 1, ..fine });
+        for s in [2e19, 1e25, 1e30, 1.7e38] {
+            assert_eq!(of(s), (s, f32::MAX, large), "{s}");
+        }
+        for s in [1e-19, 1e-25, 1e-38, 1e-45] {
+            assert_eq!(of(s), (s, f32::MIN_POSITIVE, small), "{s}");
+        }
+        // Samples in a unit of their own may be brighter than any f32.
+        let mut film = Film { spp: 1, ..Film::new(Crop { x: 0, y: 0, width: 1, height: 1 }) };
+        assert!(film.pixels[0].add_in(2f64.powi(60), [1e30; 3]) && !film.pixels[0].add_in(2.0, [f32::NAN; 3]));
+        assert_eq!((film.mean(0, 0), film.out_of_range()), ([f32::MAX; 3], OutOfRange { means: 1, ..fine }));
     }
 
     #[test]

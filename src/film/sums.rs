@@ -16,11 +16,17 @@ impl Pixel {
     /// Adds one sample; true if it was finite, else it is left out (and still counts as a sample of value 0).
     #[inline(always)]
     pub fn add(&mut self, radiance: [f32; 3]) -> bool {
+        self.add_in(1.0, radiance)
+    }
+
+    /// [`Pixel::add`] of a sample that counts in a `unit` of radiance, a power of two, W sr^-1 m^-2.
+    #[inline(always)]
+    pub fn add_in(&mut self, unit: f64, radiance: [f32; 3]) -> bool {
         if !radiance.iter().all(|c| c.is_finite()) && !planted(Fault::TakenThoughNotFinite) {
             return false;
         }
         for (channel, value) in radiance.into_iter().enumerate() {
-            let value = value as f64;
+            let value = value as f64 * unit;
             self.sum[channel] += value;
             self.sum_squares[channel] += value * value;
             if planted(Fault::F32Sum) {
@@ -45,9 +51,15 @@ impl GroupSums {
     /// Adds sample number `sample`, which is finite.
     #[inline(always)]
     pub fn add(&mut self, sample: u32, radiance: [f32; 3]) {
+        self.add_in(1.0, sample, radiance);
+    }
+
+    /// [`GroupSums::add`] of a sample that counts in a `unit` of radiance.
+    #[inline(always)]
+    pub fn add_in(&mut self, unit: f64, sample: u32, radiance: [f32; 3]) {
         let sums = &mut self.0[(sample % GROUPS) as usize];
         for (sum, value) in sums.iter_mut().zip(radiance) {
-            *sum += value as f64;
+            *sum += value as f64 * unit;
             if planted(Fault::F32Sum) {
                 *sum = f64::from(*sum as f32);
             }

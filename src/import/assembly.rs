@@ -141,25 +141,24 @@ impl<'a> Assembly<'a> {
 
     /// Adds an OBJ file; `entry` is the file and line that name it.
     fn add_mesh(&mut self, obj: &Path, transform: &Similarity, entry: Option<(&Path, usize)>) -> Result<()> {
-        let mesh = load_obj(obj, &mut self.scene.warnings)?;
+        let mesh = load_obj(obj, transform, &mut self.scene.warnings)?;
         let vertices: usize = self.scene.meshes.iter().map(|mesh| mesh.positions.len()).sum();
         let fault = |message: &str| Error::parse(entry.map_or(obj, |(file, _)| file), entry.map(|e| e.1), message);
         if u32::try_from(vertices + mesh.positions.len()).is_err() {
             return Err(fault("more than 2^32 vertices: split the scene"));
         }
-        if mesh.positions.iter().flat_map(|&p| transform.apply(p)).any(|x| !x.is_finite()) {
+        if mesh.positions.iter().flatten().any(|x| !x.is_finite()) {
             return Err(fault("the transform moves vertices out of the range of f32: scale or translate less"));
         }
         let (corners, materials) = (corners(&mesh, transform), self.materials.len() as u32);
+        let mirrored = transform.mirrors();
         let triangle = |t: &ObjTriangle| TriangleDesc {
             vertices: t.vertices,
             material: materials + t.material,
-            flipped: t.flipped,
+            flipped: t.flipped != mirrored,
         };
         let triangles = mesh.triangles.iter().map(triangle).collect();
-        let identity = *transform == Similarity::default();
-        let transform = if identity { Transform::Identity } else { Transform::Similarity(*transform) };
-        self.scene.add_mesh(MeshDesc { positions: mesh.positions, triangles, corners }, transform);
+        self.scene.add_mesh(MeshDesc { positions: mesh.positions, triangles, corners }, Transform::Identity);
         self.materials.extend(mesh.materials);
         Ok(())
     }
@@ -220,16 +219,13 @@ impl<'a> Assembly<'a> {
     }
 }
 
-/// What the corners of `mesh` carry; nothing if none has anything. A transform that does nothing does not make unit vectors
-/// of the file's normals, so they are made here.
+/// What the corners of `mesh` carry, in world space; nothing if none has anything.
 fn corners(mesh: &ObjMesh, transform: &Similarity) -> Vec<CornerDesc> {
     let carries = |t: &ObjTriangle| t.normals != [[0.0; 3]; 3] || t.uvs != [[0.0; 2]; 3];
     if !mesh.triangles.iter().any(carries) {
         return Vec::new();
     }
-    let identity = *transform == Similarity::default();
-    let finite = |n: [f32; 3]| if n.iter().all(|x| x.is_finite()) { n } else { [0.0; 3] };
-    let normal = |n: [f32; 3]| if identity { transform.apply_to_normal(n) } else { finite(n) };
+    let normal = |n: [f32; 3]| transform.apply_to_normal(n);
     mesh.triangles.iter().map(|t| CornerDesc { normals: t.normals.map(normal), uvs: t.uvs }).collect()
 }
 

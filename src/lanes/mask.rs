@@ -72,13 +72,13 @@ impl Mask8 {
     /// Lane by lane, `if self { yes } else { no }`.
     #[inline(always)]
     pub fn select(self, yes: F32x8, no: F32x8) -> F32x8 {
-        F32x8(self.0.bitselect(yes.0, no.0))
+        F32x8(self.0.select(yes.0, no.0))
     }
     /// Lane by lane, `if self { yes } else { no }`.
     #[inline(always)]
     pub fn select_u32(self, yes: U32x8, no: U32x8) -> U32x8 {
         let mask: u32x8 = bytemuck::cast(self.0);
-        U32x8(mask.bitselect(yes.0, no.0))
+        U32x8(mask.select(yes.0, no.0))
     }
     /// Lane by lane, `if self { yes } else { no }`.
     #[inline(always)]

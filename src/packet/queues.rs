@@ -105,6 +105,8 @@ pub struct ShadowQueue {
     pub rays: RayQueue,
     /// The triangles they aim at ([`crate::packet::lights::sample::LightSamples::target`]); kept only where there are emitters.
     pub target: Vec<u32>,
+    /// Rounding makes some of them miss.
+    pub missed: bool,
     /// What the path gains if nothing blocks the segment: throughput, BSDF, cosine, radiance, density and weight included.
     pub contribution: Columns3,
     /// Slots, without flags.
@@ -184,6 +186,7 @@ impl ShadowQueue {
         ShadowQueue {
             rays,
             target: words(if aimed { capacity } else { 0 }),
+            missed: false,
             contribution: Columns3::with_len(capacity),
             slot: words(capacity),
             blocked: Vec::new(),

@@ -3,6 +3,7 @@
 
 use crate::bvh::Bvh;
 use crate::bvh::precise::HUGE;
+use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::records::{CornerColumns, TriangleColumns};
 use crate::packet::texture::interpolate;
@@ -13,8 +14,8 @@ use glam::DVec3;
 /// Rounding moves a number by at most this fraction of it.
 pub const HALF_ULP: f32 = 1.0 / 16_777_216.0;
 
-/// Offsets are this many half-ulps of the coordinates that made the point, as far as they reach along the normal, and what
-/// the triangle test adds ([`crate::tables::margins`]); the scalar twin's comment has the figures.
+/// Offsets are this many half-ulps of the coordinates that made the point; of triangles tested in f64, as far as they reach
+/// along the normal ([`crate::tables::margins`]). The scalar twin's comment has the figures.
 pub const OFFSET_HALF_ULPS: f32 = 8.0;
 
 /// The same where a point is made in f64: it and the start of the next ray are rounded once each.
@@ -86,7 +87,7 @@ pub fn surface_points_on<const DETAIL: bool>(
     if let Some(found) = found {
         on_huge_triangles(&found, triangle, &record, &mut position, &mut offset);
     }
-    let away = normal.scale(offset);
+    let away = normal.scale(if planted(Fault::WrongOffset) { F32x8::ZERO - offset } else { offset });
     let (origin, origin_behind) = (position + away, position - away);
     let mut points = SurfacePoints {
         position,
@@ -238,13 +239,15 @@ pub fn barycentric_point([a, b, c]: &[Vec3x8; 3], weights: [F32x8; 3]) -> Vec3x8
     a.scale(weights[0]) + b.scale(weights[1]) + c.scale(weights[2])
 }
 
-/// Barycentric sums, and how far along the normals rays must start to be off the surfaces for certain; `offset` is what
-/// the triangle test adds ([`crate::tables::margins`]).
+/// Barycentric sums, and how far along the normals rays must start to be off the surfaces for certain; `offset` is
+/// [`crate::tables::margins::Margins::offset`].
 #[inline(always)]
 pub fn point_and_offset(vertices: &[Vec3x8; 3], weights: [F32x8; 3], normal: Vec3x8, offset: F32x8) -> (Vec3x8, F32x8) {
     let [a, b, c] = *vertices;
     let position = barycentric_point(vertices, weights);
     let size = a.abs().scale(weights[0]) + b.abs().scale(weights[1]) + c.abs().scale(weights[2]);
-    let along = normal.abs().dot(size) * F32x8::splat(OFFSET_HALF_ULPS);
-    (position, (along + offset) * F32x8::splat(HALF_ULP))
+    let (half_ulps, precise) = (F32x8::splat(OFFSET_HALF_ULPS), offset.lt(F32x8::ZERO));
+    let common = (size.x + size.y + size.z) * half_ulps + offset;
+    let along_normal = normal.abs().dot(size) * half_ulps;
+    (position, precise.select(along_normal, common) * F32x8::splat(HALF_ULP))
 }

@@ -21,7 +21,7 @@ pub fn camera_ray(camera: &Camera, x: u32, y: u32, draws: &CameraDraws<f32>) -> 
         let on_lens = vec3(lens.right) * x + vec3(lens.up) * y;
         origin += on_lens;
         let focus_distance = lens.focus_distance as Real * if planted(Fault::WrongFocus) { 1.01 } else { 1.0 };
-        direction = direction * focus_distance - on_lens;
+        direction = direction * focus_distance - on_lens * lens.scale as Real;
     }
     let direction = direction * (1.0 / direction.dot(direction).sqrt());
     let longer = planted(Fault::DirectionNotUnit) && camera.lens.is_some() && Real::EPSILON > 1e-10;

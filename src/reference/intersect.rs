@@ -5,6 +5,7 @@ use super::{Real, Vec3, vec3};
 use crate::bvh::Bvh;
 use crate::bvh::node::{Child, LeafBlock, Node};
 use crate::bvh::precise::{PRECISE, SHARED_EDGES};
+use crate::bvh::ray::{LONGEST_DIRECTION, SHORTEST_DIRECTION};
 use crate::fault::{Fault, lost_digits, planted};
 
 /// A ray; a hit counts if `tmin < t <= tmax`.
@@ -18,6 +19,14 @@ pub struct Ray {
     pub tmin: Real,
     /// Where the ray ends (inclusive).
     pub tmax: Real,
+}
+
+impl Ray {
+    /// Whether the direction is neither too short nor too long ([`crate::bvh::RayPacket`]): such rays hit nothing.
+    fn is_in_range(&self) -> bool {
+        let longest = self.direction.abs().max_element();
+        longest >= SHORTEST_DIRECTION as Real && longest <= LONGEST_DIRECTION as Real
+    }
 }
 
 /// The closest hit: `P = (1-u-v) v0 + u v1 + v v2`.
@@ -53,6 +62,9 @@ pub fn intersect(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
 
 /// The closest of the hits that are `there`, the lowest id on equal `t`.
 pub fn intersect_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, there: impl Fn(&Hit) -> bool) -> Option<Hit> {
+    if !ray.is_in_range() {
+        return None;
+    }
     let (slabs, sheared) = (SlabRay::new(ray, bvh.extent()), ShearedRay::new(ray));
     let mut best: Option<Hit> = None;
     let mut tmax = ray.tmax;
@@ -88,6 +100,9 @@ pub fn occluded(bvh: &Bvh, ray: &Ray, stack: &mut Stack) -> bool {
 /// Whether any of the ray's hits counts. (All are asked about that lie in front of the ray's start and in a box that it
 /// enters before its end.)
 pub fn occluded_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, counts: impl Fn(&Hit) -> bool) -> bool {
+    if !ray.is_in_range() {
+        return false;
+    }
     let (slabs, sheared) = (SlabRay::new(ray, bvh.extent()), ShearedRay::new(ray));
     stack.clear();
     stack.push((ray.tmin, Child::Inner(0)));
@@ -109,7 +124,7 @@ pub fn occluded_where(bvh: &Bvh, ray: &Ray, stack: &mut Stack, counts: impl Fn(&
 const WIDENING: Real = 1.0 + 1.0 / 2_097_152.0;
 
 /// A ray ready for boxes: the robust slab test (Ize 2013, "Robust BVH Ray Traversal"), which may enter a box in vain but
-/// never misses one. Besides the relative widening every slab is widened by 2^-21 (|o| + extent) / |d|: a relative one is
+/// never misses one. Besides the relative widening every slab is widened by 2^-22 (|o| + extent) / |d|: a relative one is
 /// worth nothing for a ray that lies in a box's face.
 struct SlabRay {
     origin: [Real; 3],
@@ -124,7 +139,7 @@ impl SlabRay {
         // Components of 0 become a tiny number of the same sign, so that no 0 x infinity arises.
         let tiny = 1.0 / (1u128 << 80) as Real;
         let inverse = direction.map(|d| 1.0 / if d.abs() > tiny { d } else { tiny.copysign(d) });
-        let margin = std::array::from_fn(|k| (origin[k].abs() + extent as Real) * inverse[k].abs() / 2_097_152.0);
+        let margin = std::array::from_fn(|k| (origin[k].abs() + extent as Real) * inverse[k].abs() / 4_194_304.0);
         SlabRay { origin, inverse, margin, tmin: ray.tmin }
     }
 
@@ -158,7 +173,7 @@ impl SlabRay {
 }
 
 /// A projected triangle of less than this part of its corners' largest squared coordinate is seen edge-on.
-const EDGE_ON: Real = 1.0 / 128.0;
+const EDGE_ON: Real = 1.0 / 64.0;
 
 /// A ray ready for triangles: the watertight test of Woop, Benthin and Wald (2013). The ray becomes the z axis of a
 /// sheared space in which a triangle is hit if the origin lies on the same side of its three edges.

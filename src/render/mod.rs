@@ -3,6 +3,7 @@
 //! The film is cut into tiles; every tile owns its pixels and adds its samples in order, so threads and passes leave no
 //! trace in the picture. A pass brings every pixel to the same number of samples.
 
+mod chance;
 mod passes;
 mod tiles;
 mod workers;
@@ -11,7 +12,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use crate::clock::Stopwatch;
-use crate::film::{Film, NonFinite, Place};
+use crate::film::{Film, NonFinite, Place, RelativeError};
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
 use crate::reference::single;
@@ -21,13 +22,11 @@ use crate::setup::recipe::Recipe;
 pub use crate::stats::{RayCounts, StageStats, Stats};
 use crate::tables::PreparedScene;
 use crate::trace::TraceVertex;
-use passes::{LEAST_SPP_FOR_ERROR, PASS_SPP, pass_length};
+use chance::brightest_by_chance;
+use passes::{PASS_SPP, pass_length, reaches};
 use tiles::{Tile, copy_into, cut_into_tiles, fill_from};
 use workers::{Job, Worker};
 pub use workers::{PATHS_AT_ONCE, Progress, fill_slots};
-
-/// A picture that is still black after so many samples a pixel has no relative error and is given up as it is.
-const BLACK_SPP: u32 = 1024;
 
 /// How many non-finite samples are described one by one.
 const NONFINITE_SHOWN: usize = 8;
@@ -86,7 +85,10 @@ pub fn render_from(
         next_tile: AtomicUsize::new(0),
         samples: AtomicU64::new(done as u64 * pixels),
         resumed: done as u64 * pixels,
+        // Looked for only where something asks for it: a map of the surroundings may be large.
+        brightest: settings.target_error.map_or(0.0, |_| brightest_by_chance(&setup)),
         relative_error: AtomicU64::new(f64::NAN.to_bits()),
+        unseen_error: AtomicU64::new(0.0f64.to_bits()),
         stop: AtomicBool::new(false),
         watch,
         total: spp as u64 * pixels,
@@ -94,12 +96,11 @@ pub fn render_from(
     };
     let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&job)).collect();
     let first = done;
-    let mut error = None;
-    let reached = |done: u32, error: Option<f64>, seconds: f64| {
-        let target = settings.target_error.is_some_and(|target| match error {
-            Some(error) => done >= LEAST_SPP_FOR_ERROR && error <= target,
-            None => done >= BLACK_SPP,
-        });
+    // A picture to go on from may be good enough as it is.
+    let mut error = start.and_then(|_| job.note_error());
+    let reached = |done: u32, error: Option<RelativeError>, seconds: f64| {
+        let by_chance = job.brightest > 0.0;
+        let target = settings.target_error.is_some_and(|target| reaches(target, done, pixels, error, by_chance));
         done >= spp || target || settings.time.is_some_and(|time| seconds >= time.as_secs_f64())
     };
     let finished = loop {
@@ -117,7 +118,9 @@ pub fn render_from(
         error = job.note_error();
     };
     let (render_s, cpu_s) = (watch.wall_seconds(), watch.cpu_seconds());
-    finish(&job, &workers, settings, done, Stats { threads, setup_s, render_s, cpu_s, finished, ..Stats::default() })
+    let unseen_error = error.filter(|_| settings.target_error.is_some()).map(|error| error.unseen);
+    let stats = Stats { threads, setup_s, render_s, cpu_s, finished, unseen_error, ..Stats::default() };
+    finish(&job, &workers, settings, done, stats)
 }
 
 /// The worker threads of a render: `asked`, or one for every core.
@@ -148,6 +151,7 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     nonfinite.sort_unstable();
     let mut counters = Counters::default();
     workers.iter().for_each(|worker| counters.add(&worker.counters));
+    stats.warnings.clone_from(&job.setup.warnings);
     stats.paths = counters.paths;
     stats.rays = counters.rays;
     stats.guarded = counters.guarded;

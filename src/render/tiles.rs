@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use crate::fault::{Fault, planted};
-use crate::film::{ErrorSums, Film, GroupSums, Pixel};
+use crate::film::{ErrorSums, Film, GroupSums, Pixel, Sums};
 use crate::settings::Crop;
 use crate::setup::Setup;
 
@@ -13,6 +13,8 @@ pub(super) struct Tile {
     pub(super) pixels: Vec<Pixel>,
     /// As [`Film::groups`].
     pub(super) groups: Vec<GroupSums>,
+    /// What the engines' radiances count in, W sr^-1 m^-2.
+    unit: f64,
     pub(super) nonfinite: Vec<(u32, u32, u32)>,
     /// For the error estimate after this pass.
     pub(super) error: ErrorSums,
@@ -33,13 +35,14 @@ pub(super) fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
             let (w, h) = ((crop.width - x).min(width as u32), (crop.height - y).min(height as u32));
             let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
             let Film { pixels, groups, .. } = Film::of_sampler(area, setup.sampler);
-            tiles.push(Mutex::new(Tile { area, pixels, groups, nonfinite: Vec::new(), error: ErrorSums::default() }));
+            let (unit, error) = (setup.scene.radiance_unit, ErrorSums::default());
+            tiles.push(Mutex::new(Tile { area, pixels, groups, unit, nonfinite: Vec::new(), error }));
         }
     }
     tiles
 }
 
-/// Puts into `tile` what `film`, a picture of `crop`, holds of it.
+/// Puts into `tile` what `film`, a picture of `crop`, holds of it, and what that tells of its error.
 pub(super) fn fill_from(tile: &mut Tile, film: &Film, crop: Crop) {
     if planted(Fault::LostPass) {
         return;
@@ -48,15 +51,16 @@ pub(super) fn fill_from(tile: &mut Tile, film: &Film, crop: Crop) {
     if !tile.groups.is_empty() {
         copy_out(&mut tile.groups, &film.groups, tile.area, crop);
     }
+    tile.error = ErrorSums::of(Sums { pixels: &tile.pixels, groups: &tile.groups, spp: film.spp });
 }
 
 impl Tile {
     pub(super) fn add(&mut self, index: usize, sample: u32, radiance: [f32; 3]) {
-        if !self.pixels[index].add(radiance) {
+        if !self.pixels[index].add_in(self.unit, radiance) {
             let (x, y) = (index as u32 % self.area.width, index as u32 / self.area.width);
             self.nonfinite.push((self.area.y + y, self.area.x + x, sample));
         } else if let Some(groups) = self.groups.get_mut(index) {
-            groups.add(sample, radiance);
+            groups.add_in(self.unit, sample, radiance);
         }
     }
 }

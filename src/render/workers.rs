@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use crate::clock::Stopwatch;
-use crate::film::{ErrorSums, Sums};
+use crate::film::{ErrorSums, RelativeError, Sums};
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
 use crate::packet::queues::{Slots, TileState};
@@ -34,6 +34,9 @@ pub struct Progress {
     /// The picture's estimated relative error ([`crate::Film::relative_error`]) after the last whole pass; `None` before there are
     /// two samples (four with the `sobol` sampler) in every pixel, and for a black picture.
     pub relative_error: Option<f64>,
+    /// What light that no sample has met may add to it ([`RelativeError::unseen`]); 0 without a target error, and where
+    /// light samples see to all lights.
+    pub unseen_error: f64,
 }
 
 /// What the threads of one render share.
@@ -46,8 +49,12 @@ pub(super) struct Job<'a> {
     pub(super) samples: AtomicU64,
     /// Samples of earlier calls.
     pub(super) resumed: u64,
+    /// The brightest light that a path may meet by chance, W sr^-1 m^-2; 0 without a target error.
+    pub(super) brightest: f64,
     /// Bits of the estimate after the last pass, NaN before there is one.
     pub(super) relative_error: AtomicU64,
+    /// Bits of [`Progress::unseen_error`] after the last pass.
+    pub(super) unseen_error: AtomicU64,
     pub(super) stop: AtomicBool,
     pub(super) watch: Stopwatch,
     pub(super) total: u64,
@@ -103,20 +110,22 @@ impl Job<'_> {
     /// Tells how far the render is.
     fn report(&self, samples: u64) {
         let relative_error = Some(f64::from_bits(self.relative_error.load(Ordering::Relaxed))).filter(|e| !e.is_nan());
-        let seconds = self.watch.wall_seconds();
-        if !(self.progress)(Progress { samples, resumed: self.resumed, total: self.total, seconds, relative_error }) {
+        let unseen_error = f64::from_bits(self.unseen_error.load(Ordering::Relaxed));
+        let (resumed, total, seconds) = (self.resumed, self.total, self.watch.wall_seconds());
+        if !(self.progress)(Progress { samples, resumed, total, seconds, relative_error, unseen_error }) {
             self.stop.store(true, Ordering::Relaxed);
         }
     }
 
     /// After a pass: how large the error is now. Tiles are added in order, so equal renders tell equal errors.
-    pub(super) fn note_error(&self) -> Option<f64> {
+    pub(super) fn note_error(&self) -> Option<RelativeError> {
         let mut sums = ErrorSums::default();
         for tile in &self.tiles {
             sums.add(&tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).error);
         }
-        let error = sums.estimate().map(|(error, _)| error);
-        self.relative_error.store(error.unwrap_or(f64::NAN).to_bits(), Ordering::Relaxed);
+        let error = sums.relative_error(self.brightest);
+        self.relative_error.store(error.map_or(f64::NAN, |error| error.seen).to_bits(), Ordering::Relaxed);
+        self.unseen_error.store(error.map_or(0.0, |error| error.unseen).to_bits(), Ordering::Relaxed);
         self.report(self.samples.load(Ordering::Relaxed));
         error
     }

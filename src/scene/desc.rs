@@ -56,7 +56,9 @@ impl SceneDesc {
 /// A triangle mesh in object space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshDesc {
-    /// Vertex positions in object space, scene units before the instance's transform; all finite.
+    /// Vertex positions in object space, scene units before the instance's transform; all finite. Coordinates with more
+    /// digits than f32 has (a country's grid) are best placed in f64 before they are rounded, as loading does
+    /// ([`Similarity::place`](crate::scene::transform::Similarity::place)): no instance can bring back what is lost here.
     pub positions: Vec<[f32; 3]>,
     /// Triangles in file order after triangulation (n - 2 per polygon). Zero-area triangles keep their place here and
     /// are left out of the BVH.
@@ -241,6 +243,17 @@ impl CameraDesc {
     /// The eye, whichever way the camera is placed.
     pub fn eye(&self) -> [f64; 3] {
         self.to_world.map_or(self.position, |rows| rows.map(|row| row[3]))
+    }
+}
+
+impl CameraDesc {
+    /// How far from the origin of the scene, along any axis, the eye and its lens reach.
+    pub fn reach(&self) -> f64 {
+        let lens = self.to_world.map_or(1.0, |rows| {
+            let length = |i: usize| rows.iter().map(|row| row[i] * row[i]).sum::<f64>().sqrt();
+            length(0).max(length(1))
+        });
+        self.eye().iter().fold(0.0, |most: f64, x| most.max(x.abs())) + self.aperture_radius * lens
     }
 }
 

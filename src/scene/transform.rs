@@ -113,10 +113,15 @@ impl Default for Similarity {
 impl Similarity {
     /// The world position of an object point; infinite where it leaves the range of f32.
     pub fn apply(&self, p: [f32; 3]) -> [f32; 3] {
+        self.place(p.map(f64::from))
+    }
+
+    /// The world position of an object point that was read in f64: placed in f64, rounded once.
+    pub fn place(&self, p: [f64; 3]) -> [f32; 3] {
         if *self == Similarity::default() {
-            return p; // keeps even the sign of zeros
+            return p.map(|x| x as f32); // keeps even the sign of zeros
         }
-        let p = p.map(|x| f64::from(x) * self.scale);
+        let p = p.map(|x| x * self.scale);
         std::array::from_fn(|i| {
             let r = self.rotation[i];
             (r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + self.translate[i]) as f32

@@ -10,6 +10,13 @@ use crate::scene::transform::matrix_fault;
 use crate::settings::MAX_FILM_SIDE;
 use glam::DVec3;
 
+/// The largest radiance, W sr^-1 m^-2: samples can be brighter than lights (by BSDFs, by one over a small density), and pictures
+/// hold f32: above 1e30 there is room for 3e8.
+pub const MOST_RADIANCE: f32 = 1e30;
+
+/// The largest radius of a lens, in distances of the plane in focus.
+pub const MOST_APERTURE: f64 = 1000.0;
+
 /// The most texels an environment map may have.
 pub const MAX_TEXELS: usize = 1 << 28;
 
@@ -41,6 +48,11 @@ pub fn camera_fault(camera: &CameraDesc) -> Option<&'static str> {
     }
     if !(camera.focus_distance > 0.0 && fits_f32(camera.focus_distance)) {
         return Some("focus_distance must be above 0 and finite");
+    }
+    if camera.aperture_radius > MOST_APERTURE * camera.focus_distance {
+        return Some(
+            "aperture_radius is more than 1000 times focus_distance: a lens so near to what is in focus shows nothing",
+        );
     }
     if let Some(rows) = &camera.to_world {
         let length = |i: usize| DVec3::from(rows.map(|row| row[i])).length();
@@ -258,10 +270,11 @@ fn material_fault(scene: &SceneDesc, i: usize, material: &MaterialDesc) -> Optio
         (!near).then(|| format!("its {what} is scaled or shifted beyond 1e6: {scale:?}, {offset:?}"))
     });
     let emission = material.emission;
-    let shines = emission.iter().all(|&e| e >= 0.0 && fits_f32(e));
-    let fault = image
-        .or_else(|| scattering_fault(&material.scattering))
-        .or_else(|| (!shines).then(|| format!("emission is {emission:?}; each channel must be finite and at least 0")));
+    let shines = emission.iter().all(|&e| is_radiance(e));
+    let fault = image.or_else(|| scattering_fault(&material.scattering)).or_else(|| {
+        let rule = format!("each channel must be finite, at least 0 and at most {MOST_RADIANCE:e}, which still works");
+        (!shines).then(|| format!("emission is {emission:?}; {rule}"))
+    });
     fault.map(|fault| format!("material {i} `{}`: {fault}", material.name))
 }
 
@@ -272,12 +285,18 @@ fn nothing_to_see(scene: &SceneDesc, geometry: &Geometry<'_>) -> Option<String> 
     (scene.environment().is_none() && !visible()).then(|| message.into())
 }
 
+/// Whether `x` can be radiance.
+pub fn is_radiance(x: f64) -> bool {
+    x >= 0.0 && x as f32 <= MOST_RADIANCE
+}
+
 /// Why this environment cannot shine, if it cannot.
 pub fn environment_fault(environment: &EnvironmentDesc) -> Option<String> {
     let map = match environment {
         EnvironmentDesc::Constant { radiance } => {
-            let fine = radiance.iter().all(|&e| e >= 0.0 && fits_f32(e));
-            return (!fine).then(|| format!("the environment's radiance {radiance:?} is negative or not finite"));
+            let fine = radiance.iter().all(|&e| is_radiance(e));
+            let rule = format!("is negative, not finite or above {MOST_RADIANCE:e}, the largest radiance that works");
+            return (!fine).then(|| format!("the environment's radiance {radiance:?} {rule}"));
         }
         EnvironmentDesc::Map(map) => map,
     };
@@ -292,11 +311,12 @@ pub fn environment_fault(environment: &EnvironmentDesc) -> Option<String> {
     if !(map.scale > 0.0 && fits_f32(map.scale) && map.rotate.is_finite()) {
         return Some(format!("environment map {name}: scale must be above 0, scale and rotate finite"));
     }
-    let shines = |c: f32| c >= 0.0 && fits_f32(f64::from(c) * map.scale);
+    let shines = |c: f32| is_radiance(f64::from(c) * map.scale);
     if let Some(i) = map.texels.iter().position(|texel| !texel.iter().all(|&c| shines(c))) {
         let (x, y, texel) = (i as u32 % map.width, i as u32 / map.width, map.texels[i]);
         return Some(format!(
-            "environment map {name}: texel {x},{y} is {texel:?}; times scale it must be finite and not negative"
+            "environment map {name}: texel {x},{y} is {texel:?}; times scale it must be finite, not negative and at most \
+             {MOST_RADIANCE:e}, the largest radiance that works"
         ));
     }
     let brightest = map.texels.iter().flatten().fold(0.0, |most: f32, &c| if c <= most { most } else { c });

@@ -5,6 +5,7 @@ pub mod recipe;
 
 use frame::Frame;
 
+use crate::camera;
 use crate::camera::Camera;
 use crate::settings::{DEPTH_GUARD, Sampler, Settings};
 use crate::strategy::Strategy;
@@ -31,6 +32,8 @@ pub struct Setup<'a> {
     pub seed: u32,
     /// The film and the part of it that is rendered.
     pub frame: Frame,
+    /// What the user should know of these settings, one sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl<'a> Setup<'a> {
@@ -49,6 +52,7 @@ impl<'a> Setup<'a> {
             sampler: settings.sampler,
             seed: settings.seed,
             frame,
+            warnings: camera::warnings(&scene.camera, height),
         }
     }
 

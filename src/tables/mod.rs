@@ -6,6 +6,7 @@
 
 pub mod alpha_masks;
 pub mod corners;
+mod duplicates;
 pub mod emitter_facing;
 pub mod features;
 pub mod lights;

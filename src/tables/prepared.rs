@@ -10,11 +10,13 @@ use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, Scen
 use crate::scene::validate;
 use crate::tables::alpha_masks::AlphaMaskTable;
 use crate::tables::corners::{CornerRecord, corner_table};
+use crate::tables::duplicates::Duplicates;
 use crate::tables::emitter_facing;
 use crate::tables::features::Features;
 use crate::tables::lights::emitters::{Emitter, emitter_table};
 use crate::tables::lights::environment::Environment;
 use crate::tables::lights::tree::LightTree;
+use crate::tables::lights::unit::radiance_unit;
 use crate::tables::materials::MaterialRecord;
 use crate::tables::scale_limits;
 use crate::tables::textures::TextureTable;
@@ -45,6 +47,9 @@ pub struct PreparedScene {
     pub classes: Vec<u8>,
     /// Materials in use, sorted by kind.
     pub materials: Vec<MaterialRecord>,
+    /// What radiances count in here and in the engines, W sr^-1 m^-2: a power of two, and 1 in scenes that are not extreme
+    /// ([`crate::tables::lights::unit`]). Films count in W sr^-1 m^-2.
+    pub radiance_unit: f64,
     /// Emissive triangles, by ascending id.
     pub emitters: Vec<Emitter>,
     /// The surroundings, if there are any.
@@ -74,12 +79,17 @@ impl PreparedScene {
         let start = Instant::now();
         let geometry = validate::check(desc)?;
         let mut warnings = scale_limits::check(desc, &geometry)?;
-        let degenerate = degenerate_triangles(&geometry);
+        let mut degenerate = degenerate_triangles(&geometry);
+        let duplicates = Duplicates::find(&desc.materials, &geometry, &degenerate);
+        duplicates.dropped.iter().for_each(|&id| degenerate[id as usize] = true);
+        warnings.extend(duplicates.warning());
         let (materials, material_index) = material_table(&desc.materials);
-        let emitters = emitter_table(&desc.materials, &geometry, &degenerate);
+        let radiance_unit = radiance_unit(desc);
+        let mut emitters = emitter_table(&desc.materials, radiance_unit, &geometry, &degenerate);
+        duplicates.light_both_sides(&mut emitters);
         let vertices: Vec<[u32; 3]> = geometry.triangles.iter().map(|t| t.vertices).collect();
         let bvh = Bvh::build(&geometry.positions, &vertices, |id| {
-            !degenerate[id as usize] && !(planted(Fault::LostTriangle) && id % 7 == 0)
+            !(degenerate[id as usize] || planted(Fault::LostTriangle) && id % 7 == 0)
         });
         let emissive = emitters.iter().map(|e| e.triangle);
         let triangles = triangle_table(&geometry, &degenerate, &material_index, emissive, &bvh);
@@ -103,8 +113,9 @@ impl PreparedScene {
             alpha_masks: Arc::new(alpha_masks),
             classes,
             materials,
+            radiance_unit,
             emitters,
-            environment: desc.environment().map(Environment::new),
+            environment: desc.environment().map(|environment| Environment::new(environment, radiance_unit)),
             bvh,
             light_tree: OnceLock::new(),
             features,

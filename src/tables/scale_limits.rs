@@ -39,7 +39,7 @@ pub fn check(desc: &SceneDesc, geometry: &Geometry<'_>) -> Result<Vec<String>> {
         return Ok(Vec::new());
     }
     let (farthest, size) = (low.abs().max(high.abs()).max_element(), (high - low).max_element());
-    let camera = DVec3::from(desc.camera.eye()).abs().max_element();
+    let camera = desc.camera.reach();
     for (what, coordinate) in [("the mesh", farthest), ("the camera", camera)] {
         if coordinate > LARGEST_COORDINATE {
             return fail(format!(

@@ -25,7 +25,7 @@ pub struct TriangleRecord {
     pub material: u32,
     /// Index into [`crate::tables::PreparedScene::emitters`], or [`NO_LIGHT`].
     pub light: u32,
-    /// [`Margins::offset`], scene units.
+    /// [`Margins::offset`], scene units or [`crate::tables::margins::PRECISE_OFFSET`].
     pub offset: f32,
     /// [`Margins::inset`].
     pub inset: f32,

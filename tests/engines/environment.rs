@@ -26,7 +26,7 @@ fn rugged(width: u32, height: u32, rotate: f64) -> EnvironmentMap {
         let gain = if d < 0.2 { 0.0 } else { d * d };
         if (x, y) == (width / 3, height / 4) { [900.0, 800.0, 700.0] } else { [a * gain, b * gain, c * gain] }
     };
-    EnvironmentMap::new(&MapDesc { rotate, ..map(width, height, texel) })
+    EnvironmentMap::new(&MapDesc { rotate, ..map(width, height, texel) }, 1.0)
 }
 
 const SIZES: [(u32, u32); 6] = [(1, 1), (3, 2), (7, 5), (64, 32), (100, 51), (1024, 512)];
@@ -160,7 +160,7 @@ fn densities_integrate_to_one_and_cover_what_shines() {
             assert!(compensated || lost == 0, "{lost} texels shine and are never drawn");
         }
     }
-    let even = EnvironmentMap::new(&map(8, 4, |_, _| [0.3, 0.2, 0.1]));
+    let even = EnvironmentMap::new(&map(8, 4, |_, _| [0.3, 0.2, 0.1]), 1.0);
     let (plain, compensated) = (even.distribution(false), even.distribution(true));
     assert_eq!(plain.columns, compensated.columns, "a map without contrast has nothing to compensate");
 }

@@ -5,6 +5,7 @@
 mod common;
 
 mod camera;
+mod camera_extremes;
 mod cutouts;
 mod environment;
 mod golden;

@@ -6,7 +6,10 @@ mod common;
 mod program;
 
 mod chi_square;
+mod heavy_tails;
 mod materials;
+mod stiff_truth;
 mod stopping;
 mod strategies;
+
 mod truth;

@@ -195,3 +195,81 @@ fn bad_input_is_one_error_with_status_2() {
     assert!(octray(&["diff", &a, &a, "--heatmap", &png]).status.success());
     refused(&[&png, &png, "--heatmap", &png], 2, "one of the pictures compared");
 }
+
+/// Radiances whose squares leave the range of f32: every file is finite, `diff` reads it, figures are numbers, and one warning
+/// says what was replaced.
+#[test]
+fn pictures_of_extreme_radiance_are_written_and_compared() {
+    let place = Place::new();
+    fs::write(place.path("a.obj"), "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nf 1 2 3 4\n").unwrap();
+    let camera = "[camera]\nposition = [0, 1, 3]\nlook_at = [0, 0.5, 0]\n[film]\nwidth = 8\nheight = 8\n";
+    let lamp = "[[mesh]]\nobj = 'a.obj'\n[[mesh]]\nobj = 'b.obj'\n";
+    let obj = "usemtl lamp\nv -0.5 1 -0.5\nv 0.5 1 -0.5\nv 0.5 1 0.5\nf 1 2 3\n";
+    fs::write(place.path("b.obj"), obj).unwrap();
+    for (radiance, beyond) in [
+        ("1e30", true),
+        ("1e25", true),
+        ("1e23", true),
+        ("1e15", false),
+        ("1", false),
+        ("1e-10", false),
+        ("1e-25", true),
+        ("1e-36", true),
+    ] {
+        let toml = format!("{camera}{lamp}[material.lamp]\nemission = [{radiance}, {radiance}, 0]\n");
+        fs::write(place.path("s.toml"), toml).unwrap();
+        let scene = place.path("s.toml");
+        let files = ["x.exr", "x.pfm", "x.hdr", "x.png"].map(|name| place.path(name));
+        let outputs: Vec<&str> = files.iter().flat_map(|file| ["-o", file.as_str()]).collect();
+        let stats = place.path("stats.json");
+        let render = octray(&[&["render", &scene, "--spp", "16", "--quiet", "--stats", &stats], &outputs[..]].concat());
+        assert!(render.status.success(), "{radiance}: {}", stderr(&render));
+        let warned = stderr(&render).lines().filter(|line| line.contains("image files hold f32")).count();
+        assert_eq!(warned, beyond as usize, "{radiance}: {}", stderr(&render));
+        for file in &files {
+            let image = Image::read(file).unwrap();
+            let variance = image.variance.as_deref().unwrap_or_default();
+            assert!(image.pixels.iter().chain(variance).flatten().all(|x| x.is_finite()), "{radiance}: {file}");
+            if file.ends_with(".exr") {
+                let noisy = variance.iter().flatten().filter(|v| **v > 0.0).count();
+                assert!(noisy > 10, "{radiance}: a picture with noise says that it has");
+            }
+            let found = json(&octray(&["diff", file, file, "--json"]));
+            for key in ["mse", "rmse", "relmse", "mape", "bias"] {
+                assert_eq!(found[key].as_f64(), Some(0.0), "{radiance}: {key} of {file}");
+            }
+        }
+        let found = json(&octray(&["diff", &files[0], &files[1], "--json"]));
+        assert!(found["bias_se"].as_f64().is_some_and(|se| se > 0.0), "{radiance}: {found}");
+        let stats: serde_json::Value = serde_json::from_str(&fs::read_to_string(&stats).unwrap()).unwrap();
+        let brightness = stats["mean_radiance"][0].as_f64().unwrap() / radiance.parse::<f64>().unwrap();
+        assert!((0.01..1.0).contains(&brightness), "{radiance}: {}", stats["mean_radiance"]);
+        let error = stats["relative_error"].as_f64().unwrap();
+        assert!((1e-4..1.0).contains(&error) && stats["nonfinite"] == 0, "{radiance}: {error}");
+    }
+}
+
+/// The same for tiny pixels: render, info and trace say it, with the film that is asked for.
+#[test]
+fn tiny_pixels_are_warned_about_by_every_command_that_has_a_film() {
+    let place = Place::new();
+    fs::write(place.path("a.obj"), "v -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3\n").unwrap();
+    let scene = |fov: &str| {
+        let name = place.path(&format!("{fov}.toml"));
+        let camera = format!("[camera]\nposition = [3, 2, 1]\nlook_at = [0, 0, 0]\nvertical_fov = {fov}\n");
+        let rest = "[film]\nwidth = 16\nheight = 16\n[[mesh]]\nobj = 'a.obj'\n[environment]\nradiance = [1, 1, 1]\n";
+        fs::write(&name, camera + rest).unwrap();
+        name
+    };
+    let warned = |arguments: &[&str]| stderr(&octray(arguments)).matches("f32 directions").count();
+    let (tiny, fine) = (scene("1e-4"), scene("1e-3"));
+    let (stats, out) = (place.path("s.json"), place.path("o.pfm"));
+    for (scene, flags, count) in [(&tiny, &[][..], 1), (&fine, &[][..], 0), (&fine, &["--height", "160"][..], 1)] {
+        let render = ["render", scene, "-o", &out, "--spp", "1", "--quiet", "--stats", &stats];
+        assert_eq!(warned(&[&render[..], flags].concat()), count, "{scene} {flags:?}");
+        assert_eq!(fs::read_to_string(&stats).unwrap().matches("f32 directions").count(), count);
+        let trace = ["trace", scene, "--pixel", "1,1", "--sample", "0"];
+        assert_eq!(warned(&[&trace[..], flags].concat()), count, "{scene} {flags:?}");
+    }
+    assert_eq!((warned(&["info", &tiny]), warned(&["info", &fine])), (1, 0));
+}

@@ -7,6 +7,7 @@ mod instances;
 mod materials;
 mod meshes;
 mod never_panics;
+mod placing;
 mod scene_files;
 mod shipped;
 mod triangulation;

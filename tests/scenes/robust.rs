@@ -3,6 +3,7 @@
 
 mod closed;
 mod limits;
+mod radiance;
 mod shapes;
 mod stiff;
 mod twins;

@@ -3,9 +3,11 @@
 mod scenes;
 
 use octray::internal::bvh::ray::NO_HIT;
-use octray::internal::bvh::{BuildOptions, Bvh, HitQueue, RayKind, RayPacket, RayQueue, Scratch, WalkCounters};
+use octray::internal::bvh::{
+    BuildOptions, Bvh, HitQueue, RayKind, RayPacket, RayQueue, Scratch, Segments, WalkCounters,
+};
 use octray::internal::lanes::{F32x8, Mask8, Vec3x8};
-use scenes::{Hit, Random, Ray, Scene, cube, heightfield, hit_triangle, rays, room, soup, sphere};
+use scenes::{Hit, Random, Ray, Scene, corridor, cube, heightfield, hit_triangle, rays, room, slivers, soup, sphere};
 use std::time::{Duration, Instant};
 
 fn queue(rays: &[Ray]) -> RayQueue {
@@ -95,6 +97,60 @@ fn grids_and_closed_meshes() {
     check(&cube(12), 8_000);
     check(&heightfield(40), 6_000);
     check(&sphere(30, 40), 8_000);
+}
+
+/// Whether and where a ray hits a triangle is a matter of the two alone, however thin the triangle is.
+#[test]
+fn slivers_and_corridors() {
+    for most in [2, 4, 8] {
+        for count in [3, 40, 700, 3000] {
+            check(&slivers(count, most, 5), if count > 1000 { 1_000 } else { 8_000 });
+        }
+    }
+    for length in [1e2, 1e3, 1e4, 1e6] {
+        for angle in [0.0, 0.3] {
+            check(&corridor([1.0, 1.0, length], angle), 20_000);
+            check(&corridor([length, 1.0, 1.0], angle), 20_000);
+        }
+    }
+    check(&corridor([1.0, 1e-6, 1.0], 0.0), 20_000);
+}
+
+/// A ray that ends where it hits the triangle it aims at is blocked by what comes before that in the order of closest hits,
+/// and by nothing else.
+#[test]
+fn aimed_rays_are_blocked_by_what_comes_first() {
+    for scene in [soup(40, 1.0, 3), cube(2), room(), slivers(300, 6, 2), corridor([1.0, 1.0, 1e4], 0.3)] {
+        let bvh = scene.bvh();
+        let mut list = vec![];
+        let (mut before, mut expected) = (vec![], vec![]);
+        for ray in rays(&scene, 3_000, 5) {
+            let ray = Ray { tmax: f32::INFINITY, ..ray };
+            let hits: Vec<(f32, u32)> = (0..scene.triangles.len() as u32)
+                .filter_map(|id| Some((hit_triangle(&ray, scene.corners(id as usize), bvh.class(id))?.0, id)))
+                .collect();
+            // Aimed at the closest, at the farthest, and at one that is missed but for the end of the ray.
+            let order = |a: &&(f32, u32), b: &&(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+            for &(t, id) in hits.iter().min_by(order).into_iter().chain(hits.iter().max_by(order)) {
+                for id in [id, id + 1] {
+                    list.push(Ray { tmax: t, ..ray });
+                    before.push(id);
+                    expected.push(hits.iter().any(|&(other, o)| other < t || (other == t && o < id)));
+                }
+            }
+        }
+        let queue = queue(&list);
+        before.resize(queue.len() + 8, 0);
+        let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());
+        for walk in bvh.walks() {
+            let (mut blocked, aimed) = (vec![], Segments::aimed(&queue, &before));
+            bvh.occluded_by(walk, aimed, 0..list.len(), &mut blocked, &mut scratch, &mut counters);
+            let wrong = (0..list.len()).filter(|&i| (blocked[i / 8] >> (i % 8) & 1 == 1) != expected[i]).count();
+            assert_eq!(wrong, 0, "{}, {walk:?}: wrong rays of {}", scene.name, list.len());
+        }
+        assert!(expected.iter().filter(|&&blocked| blocked).count() > 100, "{}", scene.name);
+        assert!(expected.iter().filter(|&&blocked| !blocked).count() > 100, "{}", scene.name);
+    }
 }
 
 #[test]

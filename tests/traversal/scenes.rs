@@ -39,7 +39,7 @@ pub fn hit_triangle(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32,
     }
     let det = (e[0] + e[1]) + e[2];
     let size = [ax, ay, bx, by, cx, cy].into_iter().fold(0.0, |m: f32, x| m.max(x.abs()));
-    if det.abs() < (size * size) * (1.0 / 128.0) {
+    if det.abs() < (size * size) * (1.0 / 64.0) {
         return hit_in_f64(ray, v, SHARED_EDGES).filter(|hit| counts(hit.0));
     }
     let t = ((e[0] * az + e[1] * bz) + e[2] * cz) / det;
@@ -235,6 +235,36 @@ pub fn room() -> Scene {
     scene
 }
 
+/// Needles and long strips of every aspect up to `10^most`, crossed, side by side with triangles of ordinary shape.
+pub fn slivers(count: usize, most: i32, seed: u64) -> Scene {
+    let mut random = Random(seed);
+    let (mut positions, mut triangles) = (vec![], vec![]);
+    for i in 0..count {
+        let height = 10f32.powi(-(random.below(most as usize + 1) as i32));
+        let (a, along, across) = (random.point(), random.point(), random.point());
+        let b = [0, 1, 2].map(|k| a[k] + along[k]);
+        let c = [0, 1, 2].map(|k| a[k] + 0.5 * along[k] + height * across[k]);
+        let d = [0, 1, 2].map(|k| c[k] + along[k]);
+        let first = positions.len() as u32;
+        positions.extend([a, b, c, d]);
+        triangles.push([first, first + 1, first + 2]);
+        // Some are strips: pairs that share their long edge.
+        if i % 2 == 0 {
+            triangles.push([first + 2, first + 1, first + 3]);
+        }
+    }
+    Scene::new(&format!("slivers to 1e{most}"), positions, triangles)
+}
+
+/// A closed box of `size` along the axes, its long sides slivers, turned about an axis by `angle`.
+pub fn corridor(size: [f32; 3], angle: f32) -> Scene {
+    let (s, c) = angle.sin_cos();
+    cube(1).transformed(&format!("corridor {size:?} turned by {angle}"), |p| {
+        let [x, y, z] = [0, 1, 2].map(|k| p[k] * size[k]);
+        [c * x + s * z, y, c * z - s * x]
+    })
+}
+
 /// Rays of every nasty sort: random, axis-parallel, in planes of boxes, at vertices and edges, with +-0, short and long.
 pub fn rays(scene: &Scene, count: usize, seed: u64) -> Vec<Ray> {
     let mut random = Random(seed);
@@ -264,7 +294,7 @@ pub fn rays(scene: &Scene, count: usize, seed: u64) -> Vec<Ray> {
             1 => [0, 1, 2].map(|k| (vertices[0][k] + vertices[1][k]) * 0.5),
             _ => [0, 1, 2].map(|k| vertices[0][k] + (vertices[2][k] - vertices[0][k]) * (1.0 / 3.0)),
         };
-        match i % 8 {
+        match i % 9 {
             0 | 1 => {}
             2 => {
                 // Shadow-like: the direction reaches the target, tmax just below.
@@ -302,6 +332,20 @@ pub fn rays(scene: &Scene, count: usize, seed: u64) -> Vec<Ray> {
                     let target = *target.unwrap_or(&[1.0; 3]);
                     d = [0, 1, 2].map(|k| target[k] - o[k]);
                 }
+            }
+            7 => {
+                // In the plane of a triangle, as far as f32 goes, through it or past it.
+                let within = |random: &mut Random, reach: f32| {
+                    let (u, v) = ((random.unit() * 2.0 - 0.5) * reach, (random.unit() * 2.0 - 0.5) * reach);
+                    [0, 1, 2].map(|k| {
+                        let [a, b, c] = vertices.map(|vertex| vertex[k]);
+                        a + u * (b - a) + v * (c - a)
+                    })
+                };
+                let reach = 10f32.powi(random.below(4) as i32);
+                o = within(&mut random, reach);
+                let target = within(&mut random, 1.0);
+                d = [0, 1, 2].map(|k| target[k] - o[k]);
             }
             _ => {
                 tmin = size * random.unit() * 0.5;

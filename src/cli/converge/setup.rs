@@ -1,6 +1,7 @@
 //! From flags to an experiment.
 
 use crate::api::Scene;
+use crate::camera;
 use crate::cli::args;
 use crate::cli::args::RrDepth;
 use crate::cli::converge::ConvergeArgs;
@@ -41,6 +42,7 @@ pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
         ..of_scene
     };
     let film = Frame::new(&settings, scene.desc.film)?.film;
+    camera::warnings(&scene.desc.camera, film.1).iter().for_each(|warning| warn(warning));
     let mut configurations = Vec::new();
     for &engine in args.engine.as_ref().map_or(&[settings.engine][..], |list| &list.0) {
         for &sampler in args.sampler.as_ref().map_or(&[settings.sampler][..], |list| &list.0) {

@@ -1,10 +1,14 @@
 //! One OBJ file and the MTL files it names, through tobj, into triangles in file order.
+//!
+//! Vertices are read in f64, placed in f64 and rounded to f32 once, in world space: coordinates of a country's grid have more
+//! digits than f32, and a translation can bring back only what reading has kept.
 
 use crate::error::{Error, Result};
 use crate::import::obj::mtl;
 use crate::import::obj::mtl::MtlMaterial;
 use crate::import::obj::text::{CleanObj, clean_obj, find_bad_number};
 use crate::import::obj::triangulate::{Cut, newell_normal, triangulate};
+use crate::scene::transform::Similarity;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::io::Read;
@@ -13,10 +17,10 @@ use std::path::{Path, PathBuf};
 /// What a face without `usemtl` is made of, by name.
 pub const NO_MATERIAL: &str = "default";
 
-/// An OBJ file, read.
+/// An OBJ file, read and placed.
 #[derive(Debug, Default)]
 pub struct ObjMesh {
-    /// Vertices in object space, all finite.
+    /// Vertices in world space; infinite where the transform leaves the range of f32.
     pub positions: Vec<[f32; 3]>,
     /// Triangles in file order, n - 2 per polygon.
     pub triangles: Vec<ObjTriangle>,
@@ -48,8 +52,9 @@ pub struct ObjMaterial {
     pub defined: bool,
 }
 
-/// Reads the OBJ file `path` and the MTL files beside it. What a reader should know is appended to `warnings`.
-pub fn load_obj(path: &Path, warnings: &mut Vec<String>) -> Result<ObjMesh> {
+/// Reads the OBJ file `path` and the MTL files beside it, and places its vertices by `transform`; normals stay as the file
+/// has them. What a reader should know is appended to `warnings`.
+pub fn load_obj(path: &Path, transform: &Similarity, warnings: &mut Vec<String>) -> Result<ObjMesh> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
     let text = String::from_utf8_lossy(&bytes);
     let text = text.trim_start_matches('\u{feff}');
@@ -63,13 +68,13 @@ pub fn load_obj(path: &Path, warnings: &mut Vec<String>) -> Result<ObjMesh> {
         warnings
             .push(format!("{file}:{line}: {count} vertex normal(s) are zero or not finite: geometric normals instead"));
     }
-    let models = run_tobj(&clean).map_err(|e| match find_bad_number(text) {
+    let models = run_tobj(&clean).map_err(|e| match find_bad_number(text, |x| x.is_finite()) {
         Some((line, message)) => Error::parse(path, Some(line), message),
         None => Error::parse(path, None, format!("not an OBJ file: {e}")),
     })?;
     let mut mesh = ObjMesh { materials: load_materials(path, &clean, warnings)?, ..ObjMesh::default() };
-    let mut builder = FaceBuilder { mesh: &mut mesh, crossing: 0, corners: Vec::new(), cut: Vec::new() };
-    for model in &models {
+    let mut builder = FaceBuilder { mesh: &mut mesh, transform, crossing: 0, corners: Vec::new(), cut: Vec::new() };
+    for model in models {
         builder.add_model(&model.mesh);
     }
     if builder.crossing > 0 {
@@ -77,9 +82,12 @@ pub fn load_obj(path: &Path, warnings: &mut Vec<String>) -> Result<ObjMesh> {
         warnings
             .push(format!("{}: {count} polygon(s) cross themselves; they are covered only roughly", path.display()));
     }
-    if mesh.positions.iter().flatten().any(|x| !x.is_finite()) {
-        let (line, message) = find_bad_number(text).unzip();
-        return Err(Error::parse(path, line, message.unwrap_or_else(|| "a vertex is not finite".into())));
+    // What only the transform moves out of range is not this file's fault.
+    let fits = |x: f64| if *transform == Similarity::default() { (x as f32).is_finite() } else { x.is_finite() };
+    if mesh.positions.iter().flatten().any(|x| !x.is_finite())
+        && let Some((line, message)) = find_bad_number(text, fits)
+    {
+        return Err(Error::parse(path, Some(line), message));
     }
     Ok(mesh)
 }
@@ -96,6 +104,7 @@ fn run_tobj(clean: &CleanObj) -> std::result::Result<Vec<tobj::Model>, tobj::Loa
 
 struct FaceBuilder<'a> {
     mesh: &'a mut ObjMesh,
+    transform: &'a Similarity,
     crossing: usize,
     corners: Vec<DVec3>,
     cut: Vec<[u32; 3]>,
@@ -104,7 +113,8 @@ struct FaceBuilder<'a> {
 impl FaceBuilder<'_> {
     fn add_model(&mut self, model: &tobj::Mesh) {
         let base = self.mesh.positions.len() as u32;
-        self.mesh.positions.extend(model.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]]));
+        let placed = model.positions.chunks_exact(3).map(|p| self.transform.place([p[0], p[1], p[2]]));
+        self.mesh.positions.extend(placed);
         // Faces before the first `usemtl` have the nameless material, which stands last.
         let material = model.material_id.unwrap_or(self.mesh.materials.len() - 1) as u32;
         let mut start = 0;
@@ -114,7 +124,7 @@ impl FaceBuilder<'_> {
             let arity = if triangles_only { 3 } else { model.face_arities[face] as usize };
             let range = start..start + arity;
             start = range.end;
-            let vertices = &model.indices[range.clone()];
+            let vertices = (&model.indices[range.clone()], &model.positions[..]);
             let normals = model.normal_indices.get(range.clone()).unwrap_or(&[]);
             let coordinates = (model.texcoord_indices.get(range).unwrap_or(&[]), &model.texcoords[..]);
             self.add_face(vertices, (normals, &model.normals), coordinates, base, material);
@@ -123,24 +133,24 @@ impl FaceBuilder<'_> {
 
     fn add_face(
         &mut self,
-        vertices: &[u32],
-        (normals, normal_table): (&[u32], &[f32]),
-        (coordinates, coordinate_table): (&[u32], &[f32]),
+        (vertices, vertex_table): (&[u32], &[f64]),
+        (normals, normal_table): (&[u32], &[f64]),
+        (coordinates, coordinate_table): (&[u32], &[f64]),
         base: u32,
         material: u32,
     ) {
         self.corners.clear();
-        let positions = &self.mesh.positions;
-        self.corners.extend(vertices.iter().map(|&v| to_f64(&positions[(base + v) as usize])));
+        self.corners.extend(vertices.iter().map(|&v| DVec3::from_slice(&vertex_table[3 * v as usize..])));
         // Where normals oppose the winding, normals decide which side is the front.
-        let normal = |corner: usize| match normals.get(corner).map(|&n| &normal_table[3 * n as usize..][..3]) {
-            Some(&[x, y, z]) if x.is_finite() && y.is_finite() && z.is_finite() => [x, y, z],
+        let in_f32 = |n: u32| DVec3::from_slice(&normal_table[3 * n as usize..]).as_vec3();
+        let normal = |corner: usize| match normals.get(corner).map(|&n| in_f32(n)) {
+            Some(n) if n.is_finite() => n.to_array(),
             _ => [0.0; 3],
         };
-        let average: DVec3 = normals.iter().map(|&n| to_f64(&normal_table[3 * n as usize..][..3])).sum();
+        let average: DVec3 = normals.iter().map(|&n| in_f32(n).as_dvec3()).sum();
         let flipped = !normals.is_empty() && average.dot(newell_normal(&self.corners)) < 0.0;
         let uv = |corner: usize| match coordinates.get(corner).and_then(|&t| coordinate_table.get(2 * t as usize..)) {
-            Some(&[u, v, ..]) => [u, v],
+            Some(&[u, v, ..]) => [u as f32, v as f32],
             _ => [0.0; 2],
         };
         self.cut.clear();
@@ -155,10 +165,6 @@ impl FaceBuilder<'_> {
             uvs: corner.map(|i| uv(i as usize)),
         }));
     }
-}
-
-fn to_f64(p: &[f32]) -> DVec3 {
-    DVec3::new(p[0].into(), p[1].into(), p[2].into())
 }
 
 /// The materials of `clean.materials`, then the nameless one.

@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::import::obj::text::{logical_lines, split_keyword, values};
-use crate::scene::validate::{IOR_RANGE, LEAST_COAT_IOR};
+use crate::scene::validate::{IOR_RANGE, LEAST_COAT_IOR, MOST_RADIANCE};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -108,6 +108,10 @@ fn clean_mtl(path: &Path, text: &str) -> Result<String> {
             "Kd" | "Ks" | "Ke" if matches!(values(rest).next(), Some("spectral" | "xyz")) => Ok(()),
             "Kd" | "Ks" | "Ke" => {
                 let [r, g, b] = colour(keyword, rest).map_err(fault)?;
+                if keyword == "Ke" && [r, g, b].iter().any(|&x| x > MOST_RADIANCE) {
+                    let rule = format!("the largest radiance that works is {MOST_RADIANCE:e}");
+                    return Err(fault(format!("`Ke {r:e} {g:e} {b:e}`: {rule}")));
+                }
                 writeln!(clean, "{keyword} {r} {g} {b}")
             }
             "d" | "Tr" | "Ni" | "Ns" | "Pm" | "Pr" => {
@@ -192,7 +196,9 @@ fn texture_ref(mtl: &Path, material: &str, text: &str, warnings: &mut Vec<String
 
 fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -> MtlMaterial {
     let name = &material.name;
-    let mut bounded = |keyword: &str, value: Option<[f32; 3]>, largest: f64| {
+    let mut bounded = |keyword: &str, value: Option<[f64; 3]>, largest: f64| {
+        // The first pass has written f32 numbers.
+        let value = value.map(|v| v.map(|x| x as f32));
         if let Some(v) = value.filter(|v| !v.iter().all(|&x| (0.0..=largest).contains(&x.into()))) {
             let limit = if largest > 1.0 { "below 0" } else { "outside [0, 1]" };
             let file = path.display();
@@ -215,6 +221,7 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
             (*colour, picture.alone) = (Some([1.0; 3]), true);
         }
     }
+    let of_f32 = |x: f64| f64::from(x as f32);
     let transparent = material.dissolve.is_some_and(|d| d < 1.0) || extra("Tr").is_some_and(|tr| tr > 0.0);
     let kind = match material.illumination_model {
         Some(5) => MtlKind::Mirror,
@@ -229,10 +236,10 @@ fn convert(path: &Path, material: &tobj::Material, warnings: &mut Vec<String>) -
     let fallback = if specular.is_some() || emission.is_some() { [0.0; 3] } else { GREY };
     let diffuse = diffuse.unwrap_or(fallback);
     // A Phong exponent as a GGX width: lobes of equal curvature at the top (Walter et al. 2007).
-    let exponent = material.shininess.map_or(0.0, f64::from).max(0.0);
+    let exponent = material.shininess.map_or(0.0, of_f32).max(0.0);
     let roughness = extra("Pr").map(|pr| pr.clamp(0.0, 1.0));
     let alpha = roughness.map_or((2.0 / (exponent + 2.0)).sqrt(), |pr| pr * pr);
-    let ior = material.optical_density.map(f64::from).filter(|&ni| ni > 1.0);
+    let ior = material.optical_density.map(of_f32).filter(|&ni| ni > 1.0);
     MtlMaterial {
         name: name.clone(),
         kind,

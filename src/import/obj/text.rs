@@ -230,8 +230,8 @@ fn write_face(clean: &mut CleanObj, corners: &[[usize; 3]], totals: Counts, line
     clean.faces.push('\n');
 }
 
-/// The second pass, when tobj refuses a file or finds a vertex that is no number: the line to blame and why.
-pub fn find_bad_number(text: &str) -> Option<(usize, String)> {
+/// The second pass, when tobj refuses a file or a vertex is no number that `fits`: the line to blame and why.
+pub fn find_bad_number(text: &str, fits: impl Fn(f64) -> bool) -> Option<(usize, String)> {
     logical_lines(text).find_map(|(number, line)| {
         let (keyword, rest) = split_keyword(&line);
         if !matches!(keyword, "v" | "vn") {
@@ -241,7 +241,7 @@ pub fn find_bad_number(text: &str) -> Option<(usize, String)> {
         if words.len() < 3 {
             return Some((number, format!("`{keyword}` needs three numbers; it has {}", words.len())));
         }
-        let bad = |word: &&&str| !word.parse::<f32>().is_ok_and(|x| x.is_finite() || keyword == "vn");
+        let bad = |word: &&&str| !word.parse::<f64>().is_ok_and(|x| fits(x) || keyword == "vn");
         let word = words.iter().find(bad)?;
         Some((number, format!("`{word}` is not a finite number that fits f32; write a plain decimal such as 1.5e-3")))
     })

@@ -382,8 +382,10 @@ fn parse_environment(table: &Table<'_>) -> Result<Option<EnvironmentEntry>> {
         return Err(table.error_at("rotate", "`rotate` turns a `map`; constant radiance has nothing to turn"));
     }
     let radiance = radiance.map(|x| x * scale);
-    if !radiance.iter().all(|&x| validate::fits_f32(x)) {
-        return Err(table.error_at("scale", "radiance times scale must stay below 3.4e38"));
+    if !radiance.iter().all(|&x| validate::is_radiance(x)) {
+        let most = validate::MOST_RADIANCE;
+        let fault = format!("radiance times scale must be at most {most:e}, the largest radiance that works");
+        return Err(table.error_at("scale", fault));
     }
     Ok((radiance != [0.0; 3]).then_some(EnvironmentEntry::Constant { radiance }))
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::nearest::nearest;
-use crate::scene::validate::fits_f32;
+use crate::scene::validate::{MOST_RADIANCE, fits_f32, is_radiance};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -157,9 +157,11 @@ impl<'a> Table<'a> {
         self.vector_where(key, "must lie between 0 and 1 in each channel", |x| (0.0..=1.0).contains(&x))
     }
 
-    /// Three numbers of at least 0, if the key is there.
+    /// Three numbers that can be radiance, if the key is there.
     pub fn radiance(&self, key: &str) -> Result<Option<[f64; 3]>> {
-        self.vector_where(key, "must not be negative", |x| x >= 0.0)
+        self.vector_where(key, "must not be negative", |x| x >= 0.0)?;
+        let must = format!("must be at most {MOST_RADIANCE:e}, the largest radiance that works");
+        self.vector_where(key, &must, is_radiance)
     }
 
     fn vector_where(&self, key: &str, must: &str, holds: impl Fn(f64) -> bool) -> Result<Option<[f64; 3]>> {

@@ -1,7 +1,7 @@
 //! Light sampling for eight surface points at a time.
 
 use crate::bvh::aim;
-use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::packet::alpha_masks::opaque;
 use crate::packet::lights::choose::{Choice, Light8, choose, probability};
 use crate::packet::lights::environment::{map_pdf_dir, sample_map};
@@ -106,10 +106,9 @@ fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Choice,
     let pdf_dir = choice.probability * solid_angles.pdf_dir(by_area);
     let zero = F32x8::ZERO;
     let valid = distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero);
-    let (targets, emitter) = (&lights.targets, choice.emitter.to_array());
-    let (hit, t) = aim(points.origin, to_light, &light.vertices, valid, |lane| targets.class(emitter[lane]));
-    let target =
-        U32x8::from_array(std::array::from_fn::<u32, LANES, _>(|lane| targets.triangle[emitter[lane] as usize]));
+    let classes = lights.targets.classes(choice.emitter.to_array());
+    let (hit, t) = aim(points.origin, to_light, &light.vertices, valid, classes);
+    let target = U32x8::gather(&lights.targets.triangle, choice.emitter);
     LightSamples {
         direction,
         valid,

@@ -46,7 +46,7 @@ fn generate_camera_rays<const TENT: bool, const LENS: bool>(
             let [x, y] = sample_uniform_disk(draws.lens);
             let on_lens = Vec3x8::splat(lens.right).scale(x) + Vec3x8::splat(lens.up).scale(y);
             origin = origin + on_lens;
-            direction = direction.scale(F32x8::splat(lens.focus_distance)) - on_lens;
+            direction = direction.scale(F32x8::splat(lens.focus_distance)) - on_lens.scale(F32x8::splat(lens.scale));
         }
         let direction = direction.scale(F32x8::ONE / direction.dot(direction).sqrt());
         append_rays(&mut paths.rays, first, origin, direction, 0xff);

@@ -64,7 +64,7 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
     } else {
         scene.bvh.occluded_queue(kind, &*rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
     }
-    if aimed {
+    if std::mem::take(&mut shadow.missed) {
         pass_missed_targets::<ALPHA_MASKS>(context, shadow, scratch);
     }
     for first in (0..shadow.len).step_by(LANES) {

@@ -94,6 +94,7 @@ pub(super) fn add_light_samples(
     if context.decisions.shadow_tmax.is_none() {
         light.shadow_tmax.compress(bits).store(&mut shadow.rays.tmax, at);
         light.target.compress(bits).store(&mut shadow.target, at);
+        shadow.missed |= light.target.lt_signed(U32x8::ZERO).bits() & bits != 0;
     }
     shadow.contribution.append(at, contribution, bits);
     hits.slot.compress(bits).store(&mut shadow.slot, at);

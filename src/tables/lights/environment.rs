@@ -17,22 +17,22 @@ use crate::tables::lights::alias::{AliasColumn, alias_table};
 
 /// What surrounds a scene.
 pub enum Environment {
-    /// The same radiance from everywhere, W sr^-1 m^-2.
+    /// The same radiance from everywhere, in the scene's unit.
     Constant([f32; 3]),
     /// Radiance by direction.
     Map(Box<EnvironmentMap>),
 }
 
 impl Environment {
-    /// The environment that `desc` describes.
-    pub fn new(desc: &EnvironmentDesc) -> Environment {
+    /// The environment that `desc` describes; radiances count in `unit`.
+    pub fn new(desc: &EnvironmentDesc, unit: f64) -> Environment {
         match desc {
-            EnvironmentDesc::Constant { radiance } => Environment::Constant(radiance.map(|c| c as f32)),
-            EnvironmentDesc::Map(map) => Environment::Map(Box::new(EnvironmentMap::new(map))),
+            EnvironmentDesc::Constant { radiance } => Environment::Constant(radiance.map(|c| (c / unit) as f32)),
+            EnvironmentDesc::Map(map) => Environment::Map(Box::new(EnvironmentMap::new(map, unit))),
         }
     }
 
-    /// Radiance averaged over the sphere and summed over the channels, W sr^-1 m^-2.
+    /// Radiance averaged over the sphere and summed over the channels, in the scene's unit.
     pub fn mean_radiance(&self) -> f64 {
         match self {
             Environment::Constant(radiance) => radiance.iter().map(|&c| f64::from(c)).sum(),
@@ -45,7 +45,7 @@ impl Environment {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C, align(16))]
 pub struct Texel {
-    /// Radiance, W sr^-1 m^-2, linear Rec.709.
+    /// Radiance, in the scene's unit, linear Rec.709.
     pub radiance: [f32; 3],
     /// Its mean over the channels, as a density per steradian over the whole sphere (integrates to 1).
     pub pdf_dir: f32,
@@ -61,7 +61,7 @@ pub struct EnvironmentMap {
     pub texels: Vec<Texel>,
     /// Cosines of the angle to +y at which rows begin and end, descending from 1 to -1: `height + 1` values.
     pub row_edges: Vec<f32>,
-    /// Radiance averaged over the sphere and summed over the channels, W sr^-1 m^-2.
+    /// Radiance averaged over the sphere and summed over the channels, in the scene's unit.
     pub mean_radiance: f64,
     /// Turns, in [0, 1), by which the picture is turned about +y (from +z towards +x).
     pub turn: f32,
@@ -91,8 +91,9 @@ impl Distribution {
 }
 
 impl EnvironmentMap {
-    /// The tables of `desc`, which must have passed [`crate::scene::validate::check`] and have light in it.
-    pub fn new(desc: &MapDesc) -> EnvironmentMap {
+    /// The tables of `desc`, which must have passed [`crate::scene::validate::check`] and have light in it. Radiances count
+    /// in `unit`.
+    pub fn new(desc: &MapDesc, unit: f64) -> EnvironmentMap {
         let (width, height) = (desc.width, desc.height);
         let angle = |row: u32| row as f64 / height as f64 * std::f64::consts::PI;
         let mut map = EnvironmentMap {
@@ -105,7 +106,7 @@ impl EnvironmentMap {
             plain: OnceLock::new(),
             compensated: OnceLock::new(),
         };
-        let radiance = |i: usize| desc.texels[i].map(|c| (c as f64 * desc.scale) as f32);
+        let radiance = |i: usize| desc.texels[i].map(|c| (c as f64 * desc.scale / unit) as f32);
         let mean = |rgb: [f32; 3]| rgb.iter().map(|&c| c as f64).sum::<f64>() / 3.0;
         let count = desc.texels.len();
         let total: f64 = (0..count).map(|i| mean(radiance(i)) * map.solid_angle(i)).sum();

@@ -6,3 +6,4 @@ pub mod environment;
 pub mod table;
 pub mod targets;
 pub mod tree;
+pub mod unit;

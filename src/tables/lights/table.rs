@@ -44,7 +44,7 @@ pub struct LightRecord {
     pub vertices: [[f32; 3]; 3],
     /// Unit normal of the side that emits.
     pub normal: [f32; 3],
-    /// Emitted radiance, W sr^-1 m^-2.
+    /// Emitted radiance, in [`PreparedScene::radiance_unit`].
     pub radiance: [f32; 3],
     /// Density of points drawn uniformly on this triangle, per unit area: one over its area. Its sign bit says that
     /// both sides emit. (The probability with which the triangle is chosen at all: [`LightTable::probability`].)
@@ -115,7 +115,7 @@ impl Fixed {
 /// The environment as a light.
 #[derive(Clone, Copy)]
 pub enum EnvironmentLight<'a> {
-    /// The same radiance from everywhere, W sr^-1 m^-2.
+    /// The same radiance from everywhere, in [`PreparedScene::radiance_unit`].
     Constant([f32; 3]),
     /// A map, and how light samples are spread over it.
     Map(&'a EnvironmentMap, &'a Distribution),

@@ -41,6 +41,12 @@ impl Targets {
         if self.class.is_empty() { 0 } else { self.class[emitter as usize] }
     }
 
+    /// The classes of eight emitters' triangles, unless all triangles that emit are common.
+    #[inline(always)]
+    pub fn classes<const N: usize>(&self, emitters: [u32; N]) -> Option<[u8; N]> {
+        (!self.class.is_empty()).then(|| emitters.map(|emitter| self.class[emitter as usize]))
+    }
+
     /// The triangles that do not block a shadow ray that missed the emitter it was sent to.
     pub fn passed(&self, emitter: u32) -> [u32; 4] {
         let [a, b, c] = self.beside[emitter as usize];

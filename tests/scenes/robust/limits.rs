@@ -91,3 +91,33 @@ fn emitters_that_see_nothing_are_named() {
     let said = warnings(&many);
     assert_eq!(said.len(), 3, "{said:?}");
 }
+
+/// Lamps that are far larger or far smaller than what they light, whichever way everything is turned and wherever the camera is.
+#[test]
+fn no_size_of_a_lamp_hides_what_it_lights() {
+    let turns = [glam::DMat3::IDENTITY, super::shapes::skew()];
+    let square = |half: f64, y: f64, up: bool, turn: glam::DMat3| -> [[f32; 3]; 4] {
+        let corners = [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]];
+        let corners = corners.map(|[x, z]| (turn * glam::DVec3::new(x * half, y, z * half)).as_vec3().to_array());
+        if up { corners } else { [corners[3], corners[2], corners[1], corners[0]] }
+    };
+    for turn in turns {
+        // A tilted square of 1e6 has f32 corners 0.06 apart: there the lamp stays lower.
+        let largest = if turn == turns[0] { 1e6 } else { 1e4 };
+        for (lamp, floor) in [(largest, 4.0), (largest, 1e-2), (1e-3, 4.0), (1e-3, largest), (1.0, largest), (2.0, 1.0)]
+        {
+            for (camera, lights_floor) in [(1.5, true), (30.0, true), (-5.0, true), (-5.0, false)] {
+                let mut maker = Maker::default();
+                let (grey, light) = (maker.diffuse([0.5; 3], [0.0; 3]), maker.diffuse([0.0; 3], [1.0; 3]));
+                maker.quad(square(floor, 0.0, true, turn), grey);
+                maker.quad(square(lamp, 2.0, !lights_floor, turn), light);
+                let eye = turn * glam::DVec3::new(0.1, camera, 0.2);
+                (maker.desc.camera.position, maker.desc.camera.look_at) = (eye.to_array(), [0.0; 3]);
+                (maker.desc.camera.up, maker.desc.name, maker.desc.film) = ([0.3, 0.2, 0.9], "lamp".into(), (4, 4));
+                let said = PreparedScene::new(&maker.whole()).unwrap_or_else(|error| panic!("{error}")).warnings;
+                let blind = said.iter().filter(|warning| warning.contains("sees nothing")).count();
+                assert_eq!(blind, !lights_floor as usize, "lamp {lamp}, floor {floor}, camera {camera}: {said:?}");
+            }
+        }
+    }
+}

@@ -81,8 +81,8 @@ fn huge_beside_tiny() {
 }
 
 #[test]
-fn emission_from_1e_minus_20_to_1e20() {
-    for (what, emission) in [("1e20", 1e20), ("1e-20", 1e-20), ("1e38", 1e38), ("1e-38", 1e-38), ("1e-44", 1e-44)] {
+fn emission_from_1e_minus_44_to_1e30() {
+    for (what, emission) in [("1e20", 1e20), ("1e-20", 1e-20), ("1e30", 1e30), ("1e-38", 1e-38), ("1e-44", 1e-44)] {
         let mut maker = Maker::default();
         let (white, lamp) = (maker.diffuse([1.0; 3], DARK), maker.diffuse([1.0; 3], [emission, 0.0, emission]));
         level(&mut maker, 0.0, 1.0, false, white);
@@ -91,14 +91,8 @@ fn emission_from_1e_minus_20_to_1e20() {
         for strategy in exact_strategies() {
             for lights in [Lights::Uniform, Lights::Power] {
                 let settings = Settings { strategy, lights, max_depth: Some(8), ..small(12, 12, 4) };
-                // Samples of 1e38 may add up beyond f32: counted as not finite, and never in the film's sums.
-                if emission < 1e38 {
-                    let film = render_sanely(&scene, &settings, &format!("{what}, {strategy}"));
-                    assert!(emission < 1e-30 || film.mean_radiance()[0] > 0.0, "{what}, {strategy}: black");
-                } else {
-                    let film = octray::render(&scene, &settings).film;
-                    assert!(film.pixels.iter().all(|p| p.sum.iter().all(|x| x.is_finite())), "{what}, {strategy}");
-                }
+                let film = render_sanely(&scene, &settings, &format!("{what}, {strategy}"));
+                assert!(film.mean_radiance()[0] > 0.0, "{what}, {strategy}: black");
             }
         }
     }
