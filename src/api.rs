@@ -66,6 +66,13 @@ impl Scene {
     }
 }
 
+impl From<SceneDesc> for Scene {
+    /// A scene made in code.
+    fn from(desc: SceneDesc) -> Scene {
+        Scene { desc, load_s: 0.0 }
+    }
+}
+
 /// Rays by themselves: for throughput measurements and other people's ray sets. Triangle ids count triangles in file order
 /// after triangulation. Triangles count whole here, cut out or not.
 impl PreparedScene {

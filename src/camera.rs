@@ -9,6 +9,7 @@
 //! far away would make those overflow (or a near one vanish), all of it is scaled by a power of two, which changes no direction
 //! and, everywhere else, no bit.
 
+use crate::fault::{Fault, planted};
 use crate::scene::desc::{CameraDesc, PixelFilter};
 use glam::DVec3;
 
@@ -85,7 +86,7 @@ impl Camera {
     /// The camera of `desc` (already validated) for a film of `width` x `height` square pixels; `vertical_fov` spans the
     /// height; image right is forward x up, or the first column of [`CameraDesc::to_world`].
     pub fn new(desc: &CameraDesc, filter: PixelFilter, width: u32, height: u32) -> Camera {
-        let position = DVec3::from(desc.eye());
+        let position = DVec3::from(desc.eye()) * if planted(Fault::EyeElsewhere) { 1.001 } else { 1.0 };
         let [forward, right, down] = axes(desc);
         let pixel = pixel_length(desc, height);
         let corner = forward - right * (0.5 * width as f64 * pixel) - down * (0.5 * height as f64 * pixel);
@@ -117,6 +118,9 @@ impl Camera {
 fn axes(desc: &CameraDesc) -> [DVec3; 3] {
     if let Some(rows) = &desc.to_world {
         let column = |i: usize| DVec3::from(rows.map(|row| row[i]));
+        if planted(Fault::ScaledAxes) {
+            return [-column(2).normalize(), column(0), -column(1)];
+        }
         return [-column(2), column(0), -column(1)];
     }
     let forward = (DVec3::from(desc.look_at) - DVec3::from(desc.position)).normalize();

@@ -13,6 +13,8 @@ pub mod clock;
 pub mod color;
 #[path = "error.rs"]
 pub mod error;
+#[path = "fault.rs"]
+pub mod fault;
 #[path = "film/mod.rs"]
 pub mod film;
 #[path = "fingerprint.rs"]

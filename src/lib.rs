@@ -49,13 +49,15 @@
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
 //! | `film`, `image`, `color` | sums and checkpoints, image files, the sRGB curve |
 //! | `api` | load a scene, prepare it, ask its triangles about rays |
+//! | [`check`] | what `octray check` measures: extreme and stiff cases against closed forms and f64, with bounds |
+//! | `fault` | faults that unit tests plant, so that every check is known to fail |
 //! | `settings`, `camera`, `stats`, `trace`, `clock`, `fingerprint`, `nearest`, `named_choice`, `error` | what their names say |
 //! | `report` | error against run time: measured, analysed, written (feature `cli`) |
 //! | `cli` | one file a command (feature `cli`) |
 //!
-//! Layers, top to bottom, nothing imports upwards and no files form a circle (a test reads the sources): `cli > report >
+//! Layers, top to bottom, nothing imports upwards and no files form a circle (a test reads the sources): `cli > {report, check} >
 //! {render, api} > {packet, reference} > {import, setup, film, image, camera, stats, trace} > tables > {scene, bvh} >
-//! {settings, strategy, sampler, lanes, math, color, error, clock, fingerprint, nearest, named_choice}`.
+//! {settings, strategy, sampler, lanes, math, color, error, clock, fault, fingerprint, nearest, named_choice}`.
 //!
 //! A material kind is a row in `tables::materials::TABLE`, a file in `packet/bsdf` and one in `reference/bsdf` (each with
 //! its line in the folder's `mod.rs`), and what files say of it in `import`. A strategy is a row in `strategy::TABLE`.
@@ -80,6 +82,7 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod check;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
@@ -91,7 +94,7 @@ pub mod scene;
 
 // Inside the crate a room is named without the house.
 use internal::{
-    api, bvh, camera, clock, color, error, film, fingerprint, image, import, lanes, math, named_choice, nearest,
+    api, bvh, camera, clock, color, error, fault, film, fingerprint, image, import, lanes, math, named_choice, nearest,
     packet, reference, render, sampler, settings, setup, stats, strategy, tables, trace,
 };
 

@@ -242,7 +242,7 @@ impl PreciseRay {
         let moved = MOVED * reach;
         let (a, b, c) = (ax.abs() + ay.abs(), bx.abs() + by.abs(), cx.abs() + cy.abs());
         let room = |bit: u8, sum: f64| if class & bit != 0 { moved * sum } else { 0.0 };
-        if !(u >= -room(1, b + c) && v >= -room(2, c + a) && w >= -room(4, a + b)) {
+        if u < -room(1, b + c) || v < -room(2, c + a) || w < -room(4, a + b) {
             return None;
         }
         if class & SHARED_EDGES != 0 {
@@ -256,7 +256,7 @@ impl PreciseRay {
         let (u, v, w) = (inner(u), inner(v), inner(w));
         let det = (u + v) + w;
         let size = a.max(b).max(c);
-        if !(det > LEAST_AREA * (size * size)) {
+        if det <= LEAST_AREA * (size * size) {
             return None;
         }
         let normal = (q - p).cross(r - p);

@@ -8,6 +8,7 @@ use crate::bvh::walk_packet::PacketStack;
 use crate::bvh::walk_single;
 use crate::bvh::walk_single::Stack;
 use crate::bvh::walk_stream::{CHUNK, Stream};
+use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 use std::cell::RefCell;
 use std::ops::Range;
@@ -234,6 +235,9 @@ impl Bvh {
         assert!(range.start.is_multiple_of(LANES), "a range of rays begins at a multiple of 8");
         scratch.reserve(self);
         counters.rays += range.len() as u64;
+        if walk == Walk::Single && planted(Fault::BlindWalk) {
+            return;
+        }
         match walk {
             Walk::Single => {
                 let tables = self.walk_tables();

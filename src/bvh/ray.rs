@@ -1,5 +1,6 @@
 //! Rays and hits: single, packets of eight lanes, and queues of any length (one array a field); what walks count.
 
+use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
 /// The triangle id of a ray that hits nothing.
@@ -72,7 +73,8 @@ impl Hit {
     /// Nothing hit up to `tmax`.
     #[inline(always)]
     pub(super) fn none(tmax: f32) -> Self {
-        Self { t: tmax, triangle: NO_HIT, u: 0.0, v: 0.0 }
+        let triangle = if planted(Fault::MissesHit) { 0 } else { NO_HIT };
+        Self { t: tmax, triangle, u: 0.0, v: 0.0 }
     }
 }
 

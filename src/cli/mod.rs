@@ -5,6 +5,7 @@
 
 mod args;
 mod bench;
+mod check;
 mod converge;
 mod cpu;
 mod diff;
@@ -18,7 +19,7 @@ mod stats;
 mod trace;
 
 use crate::api::Scene;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::image::check_output_path;
 use crate::lanes::simd_level;
 use crate::tables::PreparedScene;
@@ -47,6 +48,8 @@ enum Command {
     Info(info::InfoArgs),
     /// One path, vertex by vertex, in both engines
     Trace(trace::TraceArgs),
+    /// Numerical checks: extreme and stiff cases against what is known, or those that apply to a scene
+    Check(check::CheckArgs),
     /// Throughput of the engines, side by side
     Bench(bench::BenchArgs),
     /// Error against run time, for every strategy: a report, plots, tables
@@ -54,9 +57,6 @@ enum Command {
     /// How far picture A is from picture B, the reference
     Diff(diff::DiffArgs),
 }
-
-/// Commands that have a place in the command line and no code yet.
-const LATER_COMMANDS: [&str; 1] = ["check"];
 
 /// The whole program: parses the arguments of this process, runs the command, prints what went wrong.
 pub fn main() -> ExitCode {
@@ -87,6 +87,7 @@ fn run() -> u8 {
         Command::Render(args) => render::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Trace(args) => trace::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Converge(args) => converge::run(&args),
         Command::Diff(args) => diff::run(&args),
@@ -102,13 +103,6 @@ fn run() -> u8 {
 
 /// Help and versions go to standard output with status 0, wrong arguments to standard error with status 2.
 fn report_usage(error: &clap::Error) -> u8 {
-    if error.kind() == ErrorKind::InvalidSubcommand
-        && let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
-        && LATER_COMMANDS.contains(&name.as_str())
-    {
-        report(&Error::Usage(format!("the command `{name}` is not in this version yet; see octray --help")));
-        return 2;
-    }
     // A closed standard output is no reason for another status.
     let _ = error.print();
     if error.kind() == ErrorKind::UnknownArgument

@@ -33,6 +33,16 @@ impl JsonArgs {
         check_json_path("--json", path)
     }
 
+    /// Whether JSON is wanted at all.
+    pub fn is_given(&self) -> bool {
+        self.json.is_some()
+    }
+
+    /// Whether standard output is to hold the JSON alone.
+    pub fn to_standard_output(&self) -> bool {
+        matches!(self.json, Some(None))
+    }
+
     /// Prints or writes `value` if the flag was given, else prints `table()`.
     pub fn deliver(&self, value: &impl Serialize, table: impl FnOnce() -> String) -> Result<()> {
         match &self.json {

@@ -2,6 +2,7 @@
 
 use crate::api::Scene;
 use crate::bvh::ray::NO_HIT;
+use crate::check::scenes;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs};
 use crate::cli::output::{print, table};
@@ -18,7 +19,7 @@ use std::path::PathBuf;
 /// Flags of `octray trace`.
 #[derive(clap::Args)]
 pub struct TraceArgs {
-    /// A scene file (.toml), a bare .obj, or builtin:NAME
+    /// A scene file (.toml), a bare .obj, builtin:NAME, or check:NAME as `octray check` names its scenes
     scene: PathBuf,
     /// The pixel, counted from the top left of the film
     #[arg(long, value_name = "X,Y", value_parser = args::pixel, allow_hyphen_values = true)]
@@ -34,7 +35,10 @@ pub struct TraceArgs {
 
 /// Runs the command; the exit status: 1 if the engines disagree.
 pub fn run(args: &TraceArgs) -> Result<u8> {
-    let scene = Scene::load(&args.scene)?;
+    let scene = match args.scene.to_str().and_then(|path| path.strip_prefix(scenes::PREFIX)) {
+        Some(name) => scenes::load(name)?,
+        None => Scene::load(&args.scene)?,
+    };
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);

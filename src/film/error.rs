@@ -1,5 +1,6 @@
 //! The relative error of many pixels together: what the spread of their own samples tells, and what they cannot tell.
 
+use crate::fault::{Fault, planted};
 use crate::film::sums::Sums;
 
 /// Hits of the brightest light that samples may have missed: so many are expected where none is met with 0.7 % probability.
@@ -54,6 +55,7 @@ impl ErrorSums {
         }
         for (index, pixel) in pixels.pixels.iter().enumerate() {
             let variance = pixels.variance(index).iter().sum::<f64>() / 3.0;
+            let variance = if planted(Fault::SmallErrors) { variance / 16.0 } else { variance };
             sums.variance += variance;
             sums.variance_squares += variance * variance;
             sums.mean += pixel.sum.iter().sum::<f64>() / (3.0 * pixels.spp as f64);
@@ -105,6 +107,7 @@ impl ErrorSums {
         let (seen, _) = self.estimate()?;
         let samples = self.pixels * self.spp;
         let unseen = UNSEEN_HITS / UNSEEN_PART.sqrt() * brightest / samples / (self.mean / self.pixels);
+        let unseen = if planted(Fault::SmallErrors) { 0.0 } else { unseen };
         Some(RelativeError { seen, unseen })
     }
 }

@@ -1,5 +1,6 @@
 //! What pixels gather: sums and sums of squares, added in sample order, and the variance they tell.
 
+use crate::fault::{Fault, planted};
 use crate::sampler::sobol::GROUPS;
 
 /// What one pixel has gathered, per channel (linear Rec.709 radiance, W sr^-1 m^-2).
@@ -21,13 +22,17 @@ impl Pixel {
     /// [`Pixel::add`] of a sample that counts in a `unit` of radiance, a power of two, W sr^-1 m^-2.
     #[inline(always)]
     pub fn add_in(&mut self, unit: f64, radiance: [f32; 3]) -> bool {
-        if !radiance.iter().all(|c| c.is_finite()) {
+        if !radiance.iter().all(|c| c.is_finite()) && !planted(Fault::TakenThoughNotFinite) {
             return false;
         }
         for (channel, value) in radiance.into_iter().enumerate() {
             let value = value as f64 * unit;
             self.sum[channel] += value;
             self.sum_squares[channel] += value * value;
+            if planted(Fault::F32Sum) {
+                self.sum[channel] = f64::from(self.sum[channel] as f32);
+                self.sum_squares[channel] = f64::from(self.sum_squares[channel] as f32);
+            }
         }
         true
     }
@@ -55,6 +60,9 @@ impl GroupSums {
         let sums = &mut self.0[(sample % GROUPS) as usize];
         for (sum, value) in sums.iter_mut().zip(radiance) {
             *sum += value as f64 * unit;
+            if planted(Fault::F32Sum) {
+                *sum = f64::from(*sum as f32);
+            }
         }
     }
 

@@ -5,6 +5,7 @@
 //! `exr` crate keeps those in a hash map and writes them in a different order every time. No compression: noise in f32
 //! hardly shrinks, and the bytes then depend on no compressor's version.
 
+use crate::fault::{Fault, planted};
 use crate::image::atomic::Sink;
 use crate::image::{Bounds, Image, Windows, encoding};
 use ::exr::prelude::*;
@@ -15,7 +16,7 @@ const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
 /// Writes radiance, variance (where the picture has it) and settings.
 pub(super) fn write(picture: &Image, out: &mut dyn Sink) -> io::Result<()> {
-    let plane = |pixels: &[[f32; 3]], c: usize| FlatSamples::F32(pixels.iter().map(|pixel| pixel[c]).collect());
+    let plane = |pixels: &[[f32; 3]], c: usize| FlatSamples::F32(pixels.iter().map(|pixel| kept(pixel[c])).collect());
     let mut channels = SmallVec::new();
     for c in 0..3 {
         channels.push(AnyChannel::new(COLOR[c], plane(&picture.pixels, c)));
@@ -43,6 +44,11 @@ pub(super) fn write(picture: &Image, out: &mut dyn Sink) -> io::Result<()> {
         image.attributes.display_window = IntegerBounds::new((display.x, display.y), size);
     }
     image.write().non_parallel().to_buffered(out).map_err(encoding)
+}
+
+/// A value as the file has it: as it is.
+fn kept(value: f32) -> f32 {
+    if planted(Fault::RoundedFile) { value * 1.001 } else { value }
 }
 
 /// Header text; the format knows one byte a character, so others are written as `\u{..}`.

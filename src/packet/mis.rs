@@ -1,19 +1,26 @@
 //! Weights of multiple importance sampling (Veach 1997, section 9.2), eight at a time, as ratios that cannot overflow.
 
+use crate::fault::{Fault, planted};
 use crate::lanes::F32x8;
 use crate::strategy::Weight;
 
 /// The balance heuristic: weights of samples drawn with densities `p_a`, where the other technique would have had `p_b`.
 #[inline(always)]
 pub fn balance(p_a: F32x8, p_b: F32x8) -> F32x8 {
-    F32x8::ONE / (F32x8::ONE + p_b / p_a)
+    F32x8::ONE / (F32x8::ONE + ratio(p_a, p_b))
 }
 
 /// The power heuristic with beta = 2.
 #[inline(always)]
 pub fn power(p_a: F32x8, p_b: F32x8) -> F32x8 {
-    let ratio = p_b / p_a;
+    let ratio = ratio(p_a, p_b);
     F32x8::ONE / (F32x8::ONE + ratio * ratio)
+}
+
+/// The other technique's density over this one's.
+#[inline(always)]
+fn ratio(p_a: F32x8, p_b: F32x8) -> F32x8 {
+    if planted(Fault::DensityTwice) { F32x8::splat(2.0) * p_b / p_a } else { p_b / p_a }
 }
 
 /// What samples drawn with density `p_a` count by a strategy's rule, where the other technique would have had `p_b`.

@@ -3,6 +3,7 @@
 
 use crate::bvh::Bvh;
 use crate::bvh::precise::{HUGE, PRECISE};
+use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::records::{CornerColumns, TriangleColumns};
 use crate::packet::texture::interpolate;
@@ -86,7 +87,7 @@ pub fn surface_points_on<const DETAIL: bool>(
     if let Some(found) = found {
         on_huge_triangles(&found, triangle, &record, &mut position, &mut offset);
     }
-    let away = normal.scale(offset);
+    let away = normal.scale(if planted(Fault::WrongOffset) { F32x8::ZERO - offset } else { offset });
     let (origin, origin_behind) = (position + away, position - away);
     let mut points = SurfacePoints {
         position,

@@ -6,6 +6,7 @@ use crate::bvh::Bvh;
 use crate::bvh::node::{Child, LeafBlock, Node};
 use crate::bvh::precise::{PRECISE, SHARED_EDGES};
 use crate::bvh::ray::{LONGEST_DIRECTION, SHORTEST_DIRECTION};
+use crate::fault::{Fault, lost_digits, planted};
 
 /// A ray; a hit counts if `tmin < t <= tmax`.
 #[derive(Clone, Copy)]
@@ -196,7 +197,8 @@ impl ShearedRay {
             2
         };
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z], 1.0 / d[z]];
+        let wrong = if planted(Fault::WrongShear) { 1.001 } else { 1.0 };
+        let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z], wrong / d[z]];
         ShearedRay { ray: *ray, origin: ray.origin.to_array(), axes, shear }
     }
 
@@ -215,7 +217,11 @@ impl ShearedRay {
         let w = b.x * a.y - b.y * a.x;
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
         let det = u + v + w;
-        if !inside || det == 0.0 {
+        let small = planted(Fault::SmallTriangles) && Real::EPSILON > 1e-10;
+        if small && (u / det < 0.05 || v / det < 0.05 || w / det < 0.05) {
+            return None;
+        }
+        if !inside || det == 0.0 || planted(Fault::ClosedEdges) && u * v * w == 0.0 {
             return None;
         }
         let size = [a, b, c].map(|v| if v.x.abs() > v.y.abs() { v.x.abs() } else { v.y.abs() });
@@ -224,7 +230,8 @@ impl ShearedRay {
             return hit_precisely(&self.ray, vertices, triangle, SHARED_EDGES);
         }
         let t = (u * a.z + v * b.z + w * c.z) / det;
-        Some(Hit { t, triangle, u: v / det, v: w / det })
+        let off = lost_digits(Real::EPSILON as f64) as Real;
+        Some(Hit { t: t * off, triangle, u: v / det * off, v: w / det })
     }
 
     /// [`ShearedRay::hit`] on a triangle of class `class`.

@@ -37,14 +37,14 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
     // Edge functions, positive inside.
     let mut edges = [c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x];
     if edges[0] + edges[1] + edges[2] < 0.0 {
-        edges = edges.map(|edge| edge * -1.0);
+        edges = edges.map(|edge| -edge);
     }
     let moved = MOVED * reach;
     let sizes = [a, b, c].map(|v| v.x.abs() + v.y.abs());
     for i in 0..3 {
         let shared = class & (1 << i) != 0;
         let room = if shared { moved * (sizes[(i + 1) % 3] + sizes[(i + 2) % 3]) } else { 0.0 };
-        if !(edges[i] >= -room) {
+        if edges[i] < -room {
             return None;
         }
     }
@@ -57,7 +57,7 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
     let [u, v, w] = edges.map(|edge| if edge > 0.0 { edge } else { 0.0 });
     let det = u + v + w;
     let size = sizes.into_iter().fold(0.0, f64::max);
-    if !(det > LEAST_AREA * (size * size)) {
+    if det <= LEAST_AREA * (size * size) {
         return None;
     }
     // Of the plane, but between the corners.

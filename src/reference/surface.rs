@@ -3,6 +3,7 @@
 use super::precise::nearest_on_triangle;
 use super::texture::interpolate;
 use super::{Real, Vec3, vec3};
+use crate::fault::{Fault, lost_digits, planted};
 use crate::tables::corners::{CornerRecord, FLAT, LIFTED};
 use crate::tables::margins::PRECISE_OFFSET;
 use crate::tables::triangles::TriangleRecord;
@@ -78,7 +79,7 @@ pub fn surface_point_on(
             offset = front_normal.abs().dot(position.abs()) * (HUGE_HALF_ULPS * HALF_ULP);
         }
     }
-    let away = normal * offset;
+    let away = normal * if planted(Fault::WrongOffset) { -offset } else { offset };
     let mut point = SurfacePoint {
         position,
         geometric_normal: normal,
@@ -173,7 +174,7 @@ fn inset_weights(u: Real, v: Real, inset: Real) -> [Real; 3] {
 /// A barycentric sum.
 pub fn barycentric_point(vertices: &[[f32; 3]; 3], weights: [Real; 3]) -> Vec3 {
     let [a, b, c] = vertices.map(vec3);
-    a * weights[0] + b * weights[1] + c * weights[2]
+    (a * weights[0] + b * weights[1] + c * weights[2]) * lost_digits(Real::EPSILON as f64) as Real
 }
 
 /// A barycentric sum, and how far along the normal a ray must start to be off the surface for certain; `offset` is

@@ -2,6 +2,7 @@
 
 use std::sync::Mutex;
 
+use crate::fault::{Fault, planted};
 use crate::film::{ErrorSums, Film, GroupSums, Pixel, Sums};
 use crate::settings::Crop;
 use crate::setup::Setup;
@@ -43,6 +44,9 @@ pub(super) fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
 
 /// Puts into `tile` what `film`, a picture of `crop`, holds of it, and what that tells of its error.
 pub(super) fn fill_from(tile: &mut Tile, film: &Film, crop: Crop) {
+    if planted(Fault::LostPass) {
+        return;
+    }
     copy_out(&mut tile.pixels, &film.pixels, tile.area, crop);
     if !tile.groups.is_empty() {
         copy_out(&mut tile.groups, &film.groups, tile.area, crop);

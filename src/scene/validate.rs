@@ -1,6 +1,7 @@
 //! What must hold of every [`SceneDesc`], whoever made it, and what counts as a triangle without area.
 
 use crate::error::{Error, Result};
+use crate::fault::{Fault, planted};
 use crate::scene::desc::{
     CameraDesc, EnvironmentDesc, LightDesc, MaterialDesc, MeshDesc, Scattering, SceneDesc, TextureUse,
 };
@@ -320,5 +321,5 @@ pub fn environment_fault(environment: &EnvironmentDesc) -> Option<String> {
     }
     let brightest = map.texels.iter().flatten().fold(0.0, |most: f32, &c| if c <= most { most } else { c });
     let lit = (brightest as f64 * map.scale) as f32 >= f32::MIN_POSITIVE;
-    (!lit).then(|| format!("environment map {name}: no texel shines"))
+    (!lit && !planted(Fault::BlackMapTaken)).then(|| format!("environment map {name}: no texel shines"))
 }

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::fault::{Fault, planted};
 use crate::scene::desc::{MaterialDesc, Scattering};
 use crate::tables::plastic_energy;
 use crate::tables::textures::NO_TEXTURE;
@@ -191,11 +192,12 @@ pub struct MaterialRecord {
 impl MaterialRecord {
     /// The record of a description (already validated).
     pub fn new(desc: &MaterialDesc) -> MaterialRecord {
-        let f32s = |v: [f64; 3]| v.map(|c| c as f32);
+        let kept = if planted(Fault::LossySurfaces) { 0.99 } else { 1.0 };
+        let f32s = |v: [f64; 3]| v.map(|c| (c * kept) as f32);
         let mut record = MaterialRecord { ior: 1.5, alpha: 1.0, texture: NO_TEXTURE, ..MaterialRecord::zeroed() };
         let kind = match desc.scattering {
             Scattering::Diffuse { albedo } => {
-                record.color = f32s(albedo);
+                record.color = f32s(albedo.map(|c| if planted(Fault::BrightAlbedo) { 1.001 * c } else { c }));
                 MaterialKind::Diffuse
             }
             Scattering::Mirror { reflectance } => {
@@ -222,6 +224,7 @@ impl MaterialRecord {
                 record.alpha = alpha as f32;
                 // Of the numbers that shading reads: next to 1 an index loses digits in f32.
                 let scale = plastic_energy::base_scale(f64::from(record.ior), f64::from(record.alpha));
+                let scale = scale * if planted(Fault::BrightBase) { 1.02 } else { 1.0 };
                 record.color = albedo.map(|c| (c * scale) as f32);
                 // Above 0, so that a probability in proportion to it always exists.
                 record.base_weight = albedo.into_iter().fold(1e-4, f64::max) as f32;

@@ -63,7 +63,7 @@ fn every_estimate_of_one_polar_texel_is_right() {
     const COLUMNS: u32 = 48;
     for (width, height, lit) in cases() {
         let desc = one_texel(width, height, lit);
-        let map = EnvironmentMap::new(&desc);
+        let map = EnvironmentMap::new(&desc, 1.0);
         let distribution = map.distribution(false);
         for normal in normals(&desc, lit) {
             let what = format!("{width} x {height}, texel {lit:?}, normal {normal}");
@@ -122,7 +122,7 @@ fn every_estimate_of_one_polar_texel_is_right() {
 fn looking_up_inverts_sampling_in_maps_of_many_rows() {
     for (width, height) in [(1, 16_384), (4, 16_384), (8, 8192), (3, 8191), (2, 4097), (5, 3), (4, 2), (2, 1)] {
         let even = MapDesc { texels: vec![[1.0; 3]; (width * height) as usize], ..one_texel(width, height, (0, 0)) };
-        let map = EnvironmentMap::new(&even);
+        let map = EnvironmentMap::new(&even, 1.0);
         let distribution = Distribution { columns: map.distribution(false).columns.clone(), floor: 0.0, factor: 1.0 };
         let (mut drawn, mut missed) = (0, 0);
         for i in 0..60_000 {
@@ -149,7 +149,7 @@ fn looking_up_inverts_sampling_in_maps_of_many_rows() {
 #[test]
 fn polar_rows_have_the_same_bits_on_lanes() {
     for (width, height, lit) in cases() {
-        let map = EnvironmentMap::new(&one_texel(width, height, lit));
+        let map = EnvironmentMap::new(&one_texel(width, height, lit), 1.0);
         let distribution = map.distribution(false);
         for first in (0..400u32).step_by(LANES) {
             let words: [[u32; 4]; LANES] = std::array::from_fn(|i| random_words(first + i as u32, 3, 1, 4));
@@ -218,7 +218,7 @@ fn densities_are_those_of_the_draws() {
                 [_, a, b, c] => [a, b, c],
             };
             let texels = (0..width * height).map(texel).collect();
-            let map = EnvironmentMap::new(&MapDesc { texels, ..one_texel(width, height, (0, 0)) });
+            let map = EnvironmentMap::new(&MapDesc { texels, ..one_texel(width, height, (0, 0)) }, 1.0);
             for compensated in [false, true] {
                 let distribution = map.distribution(compensated);
                 let columns = &distribution.columns;
@@ -280,7 +280,7 @@ fn rows_too_fine_for_f32_are_warned_of() {
     };
     let height = 65_535;
     let desc = one_texel(1, height, (0, 0));
-    let map = EnvironmentMap::new(&desc);
+    let map = EnvironmentMap::new(&desc, 1.0);
     let error = |row: u32| {
         let exact = band(&desc, f64::from(row), f64::from(row + 1));
         (map.solid_angle(row as usize) / exact - 1.0).abs()

@@ -152,8 +152,10 @@ fn doubled_faces_shine_once_in_every_strategy() {
     let square = [[-1.0, 2.0, -1.0], [1.0, 2.0, -1.0], [1.0, 2.0, 1.0], [-1.0, 2.0, 1.0]];
     let mut reversed = square;
     reversed.reverse();
-    // (what lies there, in this order; whether it shines)
-    let cases: [(&str, &[([[f32; 3]; 4], bool)], f64); 5] = [
+    /// A quad and whether it shines.
+    type Face = ([[f32; 3]; 4], bool);
+    // What lies there, in this order, and what arrives of the lamp's light.
+    let cases: [(&str, &[Face], f64); 5] = [
         ("doubled", &[(square, true), (square, true)], 1.0),
         ("with a reversed copy", &[(square, true), (reversed, true)], 1.0),
         ("reversed first", &[(reversed, true), (square, true)], 1.0),

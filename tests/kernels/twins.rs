@@ -4,6 +4,7 @@ use octray::internal::lanes::{F32x8, LANES, U32x8, Vec3x8};
 use octray::internal::packet::{mis as mis_x8, surface as surface_x8, warp as warp_x8};
 use octray::internal::reference::single::{Vec3, mis, surface, warp};
 use octray::internal::sampler::{bsdf_block, index_below, light_block, random_words, random_words_x8, unit, unit_x8};
+use octray::internal::tables::margins::PRECISE_OFFSET;
 use octray::internal::tables::triangles::TriangleRecord;
 
 /// Uniform numbers of a test, from the crate's own generator (its seed 77).
@@ -122,7 +123,7 @@ fn surface_points_have_the_same_bits_whatever_idle_lanes_hold() {
                 normal: unit_vector(i, 30),
                 material: i,
                 light: u32::MAX,
-                sliver: 0.5 * i as f32,
+                offset: if i % 5 == 0 { PRECISE_OFFSET } else { 0.5 * i as f32 },
                 inset: 100.0 * i as f32,
             }
         })

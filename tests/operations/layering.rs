@@ -61,7 +61,7 @@ fn the_engines_know_nothing_of_each_other() {
 const LAYERS: [&[&str]; 11] = [
     &["main"],
     &["cli"],
-    &["report", "report/write"],
+    &["report", "report/write", "check"],
     &["report/analysis"],
     &["report/measure"],
     &["render", "api"],
@@ -78,6 +78,7 @@ const LAYERS: [&[&str]; 11] = [
         "color",
         "error",
         "clock",
+        "fault",
         "fingerprint",
         "nearest",
         "named_choice",

@@ -79,13 +79,6 @@ fn bad_flags_end_with_status_2_and_say_why() {
 }
 
 #[test]
-fn what_comes_later_is_named_as_such() {
-    refused(&["check"], 2, "not in this version yet");
-    let help = stdout(&octray(&["--help"]));
-    assert!(!help.contains("check"), "{help}");
-}
-
-#[test]
 fn bad_commands_and_missing_arguments_are_status_2() {
     refused(&["rendr"], 2, "rendr");
     refused(&["render", CORNELL], 2, "--output");

@@ -63,7 +63,7 @@ fn hit_in_f64(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)>
     let size = p.map(|p| p[0].abs() + p[1].abs());
     for i in 0..3 {
         let room = if class >> i & 1 == 1 { moved * (size[(i + 1) % 3] + size[(i + 2) % 3]) } else { 0.0 };
-        if !(e[i] >= -room) {
+        if e[i] < -room {
             return None;
         }
     }

@@ -1,6 +1,7 @@
 //! Lambertian surfaces.
 
 use super::interface::{Bsdf, Sampled, Scattered};
+use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::packet::records::MaterialColumns;
 use crate::packet::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere};
@@ -33,7 +34,7 @@ impl Bsdf for Diffuse {
     /// Albedo/pi times cosine; cosine/pi is also the density of drawing the direction.
     #[inline(always)]
     fn evaluate(&self, _: Vec3x8, wi: Vec3x8) -> Scattered {
-        let pdf_dir = cosine_hemisphere_pdf_dir(wi.z);
+        let pdf_dir = cosine_hemisphere_pdf_dir(if planted(Fault::MissingCosine) { F32x8::ONE } else { wi.z });
         Scattered { f_cosine: self.0.scale(pdf_dir), pdf_dir }
     }
 

@@ -1,5 +1,6 @@
 //! What all surface stages share: loading eight hits, finishing light samples, going on.
 
+use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::bsdf::Scattered;
 use crate::packet::context::StageContext;
@@ -129,7 +130,8 @@ pub(super) fn go_on(context: &StageContext, hits: &Hits, bounce: &Bounce, roulet
     if context.depth + 1 >= context.setup.rr_depth {
         let survival = survival.min(F32x8::ONE);
         alive = alive & roulette.lt(survival);
-        beta = beta.scale(F32x8::ONE / survival);
+        let gain = if planted(Fault::BiasedRoulette) { F32x8::splat(0.99) } else { F32x8::ONE };
+        beta = beta.scale(gain / survival);
     }
     let (bits, at) = (alive.bits(), next.len);
     append_rays(&mut next.rays, at, bounce.origin, bounce.direction, bits);

@@ -5,6 +5,7 @@ use super::microfacet::{
 };
 use super::sample::{BsdfSample, drawn};
 use super::{Real, Vec3, vec3};
+use crate::fault::{Fault, planted};
 use crate::tables::materials::MaterialRecord;
 
 /// GGX reflection (Walter et al. 2007; height-correlated Smith, Heitz 2014): F D G2 / (4 cos_o cos_i) times cos_i.
@@ -29,7 +30,7 @@ pub fn sample(material: &MaterialRecord, n: Vec3, wo: Vec3, u: [Real; 2]) -> Opt
     let (o, i) = (smith_a(alpha, wo) / wo.z, smith_a(alpha, wi) / wi.z);
     let weight = conductor_reflectance(material, wo.dot(half)) * ((1.0 + o) / (o + i));
     let (_, pdf_dir) = ggx_reflection(alpha, wo, wi, half);
-    Some(drawn(wi, n, weight, pdf_dir))
+    Some(drawn(wi, n, weight, if planted(Fault::StaleDensity) { 1.01 * pdf_dir } else { pdf_dir }))
 }
 
 /// The Fresnel reflectance of a conductor: constant, or from its complex index of refraction.

@@ -1,6 +1,7 @@
 //! Microfacets and Fresnel's equations. Directions are local, +z is the surface normal.
 
 use super::{INV_PI, Real, Vec3, sin_cos_turns};
+use crate::fault::{Fault, lost_digits, planted};
 
 /// Glossy surfaces scatter nothing that leaves or arrives flatter than this: below, the ratios of masking overflow.
 pub const MIN_COSINE: Real = 1e-6;
@@ -11,12 +12,13 @@ pub const MIN_COSINE: Real = 1e-6;
 pub fn ggx_d(alpha: Real, m: Vec3) -> Real {
     let (x, y) = (m.x / alpha, m.y / alpha);
     let s = x * x + y * y + m.z * m.z;
-    INV_PI / (alpha * alpha * (s * s))
+    INV_PI / (alpha * alpha * (s * s)) * lost_digits(Real::EPSILON as f64) as Real
 }
 
 /// sqrt(cos^2 + alpha^2 sin^2): Smith's masking is G1 = 2 cos / (cos + a) (Heitz 2014).
 pub fn smith_a(alpha: Real, v: Vec3) -> Real {
-    (v.z * v.z + alpha * alpha * (v.x * v.x + v.y * v.y)).sqrt()
+    let lost = planted(Fault::LostMasking) && Real::EPSILON > 1e-10;
+    (v.z * v.z + alpha * alpha * (v.x * v.x + v.y * v.y)).sqrt() * if lost { 0.5 } else { 1.0 }
 }
 
 /// A normal drawn in proportion to its visible area from `wo` (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
@@ -30,6 +32,7 @@ pub fn sample_visible_normal(alpha: Real, wo: Vec3, u: [Real; 2]) -> Vec3 {
     let radius = if rest > 0.0 { rest.sqrt() } else { 0.0 };
     let (sine, cosine) = sin_cos_turns(u[1]);
     let half = Vec3::new(radius * cosine, radius * sine, z) + stretched;
+    let alpha = alpha * lost_digits(Real::EPSILON as f64) as Real;
     let normal = Vec3::new(alpha * half.x, alpha * half.y, if half.z > 0.0 { half.z } else { 0.0 });
     let length_squared = normal.dot(normal);
     if length_squared > 0.0 { normal * (1.0 / length_squared.sqrt()) } else { Vec3::Z }
@@ -47,7 +50,12 @@ pub fn fresnel_dielectric(cosine: Real, eta: Real) -> (Real, Real) {
     let cosine_t = rest.sqrt() / eta;
     let parallel = (eta * cosine - cosine_t) / (eta * cosine + cosine_t);
     let perpendicular = (cosine - eta * cosine_t) / (cosine + eta * cosine_t);
-    (0.5 * (parallel * parallel + perpendicular * perpendicular), cosine_t)
+    let reflectance = 0.5 * (parallel * parallel + perpendicular * perpendicular);
+    match () {
+        _ if planted(Fault::BrightCoat) => (1.02 * reflectance, cosine_t),
+        _ if planted(Fault::NoNumberAtGrazing) && cosine < 1e-3 => (Real::NAN, cosine_t),
+        _ => (reflectance, cosine_t),
+    }
 }
 
 /// Fresnel reflectance of a conductor with the complex index `eta + i k`, per channel, for unpolarised light (pbrt-v4

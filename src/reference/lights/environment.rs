@@ -1,6 +1,7 @@
 //! Environment maps: choose a direction, find the texel of a direction, and the density both ways.
 
 use super::{Real, Vec3, atan2_turns, polar_half_turns, sin_cos_turns};
+use crate::fault::{Fault, lost_digits, planted};
 use crate::tables::lights::environment::{Distribution, EnvironmentMap, Texel};
 
 /// Draws a direction by radiance: a texel, then a point uniform in its solid angle. The unit direction and the texel.
@@ -30,7 +31,7 @@ pub fn sample_map(map: &EnvironmentMap, distribution: &Distribution, words: [u32
     // From the versine, not from y, which next to a pole is 1 for whole rows.
     let radius = (versine * (2.0 - versine)).sqrt();
     let height = 1.0 - versine;
-    let y = if south { -height } else { height };
+    let y = if south { -height } else { height } / lost_digits(Real::EPSILON as f64) as Real;
     (Vec3::new(-(radius * sine), y, radius * cosine), map.texels[index as usize])
 }
 
@@ -44,6 +45,7 @@ pub fn map_pdf_dir(distribution: &Distribution, texel: &Texel) -> Real {
 pub fn texel_index(map: &EnvironmentMap, direction: Vec3) -> usize {
     let (width, height) = (map.width as Real, map.height as Real);
     let turns = atan2_turns(-direction.x, direction.z) + map.turn as Real;
+    let turns = if planted(Fault::ShiftedLookup) { turns + 0.003 } else { turns };
     let turns = if turns < 1.0 { turns } else { turns - 1.0 };
     let column = ((turns * width) as u32).min(map.width - 1);
     let last = map.row_edges.len() as u32 - 2;

@@ -10,6 +10,7 @@ use super::tree::Receiver;
 use super::triangle::solid_angle;
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_triangle, to_world};
 use super::{Real, Vec3, vec3};
+use crate::fault::lost_digits;
 use crate::sampler::draws::LightDraws;
 use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
 use crate::tables::textures::NO_TEXTURE;
@@ -98,7 +99,7 @@ fn sample_emitter(
     if !(cosine > 0.0 && light_cosine > 0.0) {
         return None;
     }
-    let by_area = pdf_area * distance_squared / light_cosine;
+    let by_area = pdf_area * distance_squared / light_cosine * lost_digits(Real::EPSILON as f64) as Real;
     let pdf_dir = probability * solid_angle.map_or(by_area, |solid_angle| solid_angle.pdf_dir(by_area));
     if !(pdf_dir > 0.0) {
         return None;
@@ -177,7 +178,7 @@ pub fn light_pdf_dir(lights: &LightTable, receiver: &Receiver, light: u32, t: Re
     let probability = probability(lights, receiver, Light::Emitter(light));
     let record = &lights.records[light as usize];
     let pdf_area = record.pdf_area() as Real;
-    let by_area = pdf_area * (t * t) / light_cosine;
+    let by_area = pdf_area * (t * t) / light_cosine * lost_digits(Real::EPSILON as f64) as Real;
     let solid_angle = solid_angle(&record.vertices, pdf_area, receiver.origin);
     probability * solid_angle.map_or(by_area, |solid_angle| solid_angle.pdf_dir(by_area))
 }

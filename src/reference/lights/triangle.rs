@@ -18,6 +18,7 @@
 
 use super::warp::sample_uniform_triangle;
 use super::{INV_2PI, Real, Vec3, atan2_turns, sin_cos_turns, vec3};
+use crate::fault::lost_digits;
 use crate::tables::lights::table::{LEAST_HALF_ANGLE, LEAST_TANGENT, MOST_HALF_ANGLE, MOST_REMOTE};
 
 /// A triangle as seen from a point.
@@ -74,6 +75,7 @@ pub fn solid_angle(vertices: &[[f32; 3]; 3], pdf_area: Real, origin: Vec3) -> Op
     if !(part > 0.0) {
         return None;
     }
+    let half_turns = half_turns * lost_digits(Real::EPSILON as f64) as Real;
     Some(SolidAngle { part: min(part, 1.0), half_turns, inverse_distance, cosine, volume })
 }
 

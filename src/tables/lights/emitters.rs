@@ -1,5 +1,6 @@
 //! The emitter table: every triangle that emits, whatever the light selection.
 
+use crate::fault::{Fault, planted};
 use crate::scene::desc::MaterialDesc;
 use crate::scene::flatten::Geometry;
 use crate::tables::textures::placed;
@@ -35,7 +36,7 @@ pub(crate) fn emitter_table(
             triangle: id as u32,
             area: 0.5 * double_area_vector(geometry.vertices(id)).length(),
             radiance: emission(id),
-            two_sided: material(id).two_sided,
+            two_sided: material(id).two_sided || planted(Fault::BothSidesShine),
             texture: material(id).emission_texture.map(|used| {
                 let uvs = geometry.corners.get(id).map_or([[0.0; 2]; 3], |corner| corner.uvs);
                 (used.texture, placed(uvs, Some(used)))

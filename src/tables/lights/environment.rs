@@ -15,6 +15,7 @@ use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::fault::{Fault, planted};
 use crate::scene::desc::{EnvironmentDesc, MapDesc};
 use crate::tables::lights::alias::{AliasColumn, alias_table, factor_above, whole_shares};
 
@@ -151,6 +152,7 @@ impl EnvironmentMap {
         let row = (i / self.width as usize) as u32;
         let from_pole = row.min(self.height - 1 - row) as usize;
         let height = self.row_edges[from_pole + 1] as f64 - self.row_edges[from_pole] as f64;
+        let height = if planted(Fault::TallRows) { 1.01 * height } else { height };
         let hemispheres = if self.is_middle(row) { 2.0 } else { 1.0 };
         std::f64::consts::TAU * height * hemispheres / self.width as f64
     }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::fault::{Fault, planted};
 use crate::sampler::index_below;
 use crate::settings::Lights;
 use crate::tables::alpha_masks::AlphaMaskTable;
@@ -167,13 +168,15 @@ impl<'a> LightTable<'a> {
         let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
         let tree = if lights == Lights::Tree { scene.light_tree(powers) } else { None };
         let to_emitters = 1.0 - environment_probability as f64;
+        let stated = if planted(Fault::LopsidedChoice) { 0.9 * to_emitters } else { to_emitters };
+        let epsilon = if planted(Fault::AbsoluteEpsilon) { 1e-4 } else { 0.0 };
         let records = scene.emitters.iter().map(|emitter| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
                 vertices: triangle.vertices,
                 normal: triangle.normal,
-                radiance: emitter.radiance,
-                signed_pdf_area: (1.0 / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
+                radiance: emitter.radiance.map(|c| if planted(Fault::InfiniteRadiance) { f32::INFINITY } else { c }),
+                signed_pdf_area: (1.0 / (emitter.area + epsilon)) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
             }
         });
         let selection = match (count, lights, tree) {
@@ -196,9 +199,9 @@ impl<'a> LightTable<'a> {
                     // Beside an environment the word's three top bits are used up, and it ends in as many zeros.
                     let zeros = if environment.is_some() { 3 } else { 0 };
                     let drawn = probabilities_by_word(columns, zeros);
-                    drawn.into_iter().map(|probability| (probability * to_emitters) as f32).collect()
+                    drawn.into_iter().map(|probability| (probability * stated) as f32).collect()
                 }
-                _ => vec![(to_emitters / count as f64) as f32; count.min(1)],
+                _ => vec![(stated / count as f64) as f32; count.min(1)],
             },
             selection,
             environment,

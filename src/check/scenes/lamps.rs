@@ -1,0 +1,82 @@
+//! Lamps over floors, whose light a closed form tells.
+
+use super::SceneMaker;
+use super::maker::{DARK, Maker};
+use crate::check::numbers::Numbers;
+use crate::scene::SceneDesc;
+use crate::scene::desc::Scattering;
+
+/// The scenes.
+pub const SCENES: &[SceneMaker] = &[
+    SceneMaker {
+        name: "lamp",
+        numbers: &["half the side", "height", "radiance", "albedo of the floor", "x of the place seen"],
+        make: lamp,
+    },
+    SceneMaker { name: "lamp_grid", numbers: &["lamps along a side"], make: lamp_grid },
+    SceneMaker { name: "two_lamps", numbers: &["half the side of the small one", "its radiance"], make: two_lamps },
+    SceneMaker { name: "mirrored_lamp", numbers: &["half the side", "height"], make: mirrored_lamp },
+];
+
+/// A square lamp, level, over a floor of half-size 20, seen through a narrow view of the floor at (x, 0, 0).
+fn lamp(numbers: &[f64]) -> SceneDesc {
+    let [half, height, radiance, albedo, x] = std::array::from_fn(|i| numbers[i]);
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(albedo, 0.0);
+    let lamp = maker.diffuse(0.0, radiance);
+    maker.ground(20.0, floor);
+    maker.level(height as f32, [half as f32; 2], true, lamp);
+    // From between the two, straight down, so that nothing is in the way and the place is small.
+    let eye = [x, 0.4 * height, 0.0];
+    maker.seen(eye, [x, 0.0, 0.0], 1e-3)
+}
+
+/// A square grid of small lamps over a floor, at heights of 0.5 to 2 and of four decades of radiance; the floor's two triangles
+/// come first.
+fn lamp_grid(numbers: &[f64]) -> SceneDesc {
+    let side = numbers[0] as u32;
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(0.5, 0.0);
+    maker.level(0.0, [4.0; 2], false, floor);
+    let mut random = Numbers::new(side);
+    for i in 0..side * side {
+        let lamp = maker.diffuse(0.0, random.magnitude(-2.0, 2.0));
+        let at = |n: u32| 6.0 * (n as f32 + 0.5) / side as f32 - 3.0;
+        let (x, y, z, half) = (at(i % side), 0.5 + 1.5 * random.unit(), at(i / side), 0.02 + 0.1 * random.unit());
+        let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
+        maker.quad(corners.map(|[dx, dz]| [x + dx, y, z + dz]), lamp);
+    }
+    maker.seen([0.0, 0.4, 3.5], [0.0, 0.0, 0.0], 60.0)
+}
+
+/// A lamp of half the side 1 and radiance 1, 1 above a grey floor; half-way below its middle a small one. The floor is seen
+/// straight below both.
+fn two_lamps(numbers: &[f64]) -> SceneDesc {
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(0.5, 0.0);
+    let (large, small) = (maker.diffuse(0.0, 1.0), maker.diffuse(0.0, numbers[1]));
+    maker.ground(20.0, floor);
+    maker.level(1.0, [1.0; 2], true, large);
+    maker.level(0.5, [numbers[0] as f32; 2], true, small);
+    maker.seen([0.0, 0.3, 0.0], [0.0; 3], 1e-3)
+}
+
+/// Where the middle of the lamp of `mirrored_lamp` is, and the middle of its image, along x.
+pub const MIRRORED: [f64; 2] = [0.25, 0.35];
+
+/// A lamp of radiance 1 over a grey floor, and beside it an endless mirror that stands on the floor: the place seen, at the
+/// origin, gets light from the lamp and from its image.
+fn mirrored_lamp(numbers: &[f64]) -> SceneDesc {
+    let [half, height] = [numbers[0] as f32, numbers[1] as f32];
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(0.5, 0.0);
+    let lamp = maker.diffuse(0.0, 1.0);
+    let mirror = maker.material(Scattering::Mirror { reflectance: [1.0; 3] }, DARK);
+    maker.ground(20.0, floor);
+    let middle = MIRRORED[0] as f32;
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    maker.quad(corners.map(|[x, z]: [f32; 2]| [middle + x * half, height, z * half]), lamp);
+    let x = (0.5 * (MIRRORED[0] + MIRRORED[1])) as f32;
+    maker.quad([[x, 0.0, -20.0], [x, 0.0, 20.0], [x, 20.0, 20.0], [x, 20.0, -20.0]], mirror);
+    maker.seen([0.0, 0.4 * numbers[1], 0.0], [0.0; 3], 1e-3)
+}

@@ -1,0 +1,158 @@
+//! `octray check`: extreme and stiff cases against what is known of them; or what applies to a scene.
+
+use crate::api::Scene;
+use crate::check;
+use crate::check::item::{Effort, Level, SceneSubject};
+use crate::check::row::Row;
+use crate::cli::args;
+use crate::cli::output::{JsonArgs, print};
+use crate::cli::{prepare, warn};
+use crate::error::Result;
+use crate::lanes::simd_level;
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+/// Flags of `octray check`.
+#[derive(clap::Args)]
+pub struct CheckArgs {
+    /// A scene file (.toml), a bare .obj, or builtin:NAME: what applies to it, instead of the built-in suite
+    scene: Option<PathBuf>,
+    /// Only the checks whose names contain TEXT
+    #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true)]
+    filter: String,
+    /// A hundred times as many rays and samples
+    #[arg(long)]
+    thorough: bool,
+    /// Also what was found besides the figure, below each row that holds
+    #[arg(long)]
+    notes: bool,
+    /// Checks made at once [default: one for every core]
+    #[arg(long, value_name = "N", value_parser = args::positive, allow_negative_numbers = true)]
+    threads: Option<u32>,
+    #[command(flatten)]
+    json: JsonArgs,
+}
+
+/// Runs the command; the exit status: 1 if a check fails.
+pub fn run(args: &CheckArgs) -> Result<u8> {
+    args.json.check()?;
+    let cores = || std::thread::available_parallelism().map_or(1, |n| n.get());
+    let level = if args.thorough { Level::Thorough } else { Level::Default };
+    let effort = Effort { level, threads: args.threads.map_or_else(cores, |n| n as usize) };
+    // Lines come out one by one, since a row may take seconds; what goes wrong in that is told at the end.
+    let failed: Mutex<Option<crate::error::Error>> = Mutex::new(None);
+    let told = |row: &Row| {
+        if !args.json.to_standard_output()
+            && let Err(error) = print(&line(row, args.notes))
+        {
+            *failed.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(error);
+        }
+    };
+    let rows = match &args.scene {
+        None => check::run(&args.filter, &effort, &told)?,
+        Some(path) => {
+            let scene = Scene::load(path)?;
+            scene.desc.warnings.iter().for_each(|warning| warn(warning));
+            let prepared = prepare(&scene)?;
+            let path = path.to_string_lossy();
+            let subject = SceneSubject { scene: &scene, path: &path, prepared: &prepared, settings: scene.settings() };
+            check::run_scene(&subject, &args.filter, &effort, &told)?
+        }
+    };
+    if let Some(error) = failed.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()) {
+        return Err(error);
+    }
+    let failures = rows.iter().filter(|row| !row.pass).count();
+    if args.json.is_given() {
+        args.json.deliver(&rows, String::new)?;
+    }
+    if !args.json.to_standard_output() {
+        print(&summary(&rows, failures))?;
+    }
+    Ok((failures > 0) as u8)
+}
+
+/// A row: the verdict, its name, figure, bound, seconds, what was tried; below it what else there is to say of failures.
+fn line(row: &Row, notes: bool) -> String {
+    let verdict = if row.pass { "pass" } else { "FAIL" };
+    let (tried, figure, bound) = (format!("{} {}", count(row.cases), row.tried), number(row.figure), bound(row.bound));
+    let mut text =
+        format!("{verdict}  {:36}  {:>9}  {:>10}  {:6.2} s  {tried}\n", row.name, figure, bound, row.seconds);
+    if !row.note.is_empty() && (notes || !row.pass || row.bound == f64::INFINITY) {
+        text += &format!("      {}\n", row.note);
+    }
+    if let Some(command) = &row.trace {
+        text += &format!("      look at it: {command}\n");
+    }
+    text
+}
+
+fn summary(rows: &[Row], failures: usize) -> String {
+    let seconds: f64 = rows.iter().map(|row| row.seconds).sum();
+    let cases: u64 = rows.iter().map(|row| row.cases).sum();
+    let verdict = match failures {
+        0 => "all hold".to_string(),
+        1 => "1 fails".to_string(),
+        n => format!("{n} fail"),
+    };
+    let checks = if rows.len() == 1 { "1 check".to_string() } else { format!("{} checks", rows.len()) };
+    format!("{checks}, {} cases, {seconds:.1} s, {}: {verdict}\n", count(cases), simd_level())
+}
+
+fn bound(bound: f64) -> String {
+    if bound == f64::INFINITY { "(remark)".into() } else { format!("<= {}", number(bound)) }
+}
+
+/// Three digits.
+fn number(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".into(),
+        size if !size.is_finite() => "none".into(),
+        size if (1e-2..1e4).contains(&size) => {
+            let digits = (2 - size.log10().floor() as i32).max(0) as usize;
+            let text = format!("{x:.digits$}");
+            if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+        }
+        _ => format!("{x:.2e}"),
+    }
+}
+
+/// A count with a comma every three digits.
+fn count(n: u64) -> String {
+    let digits = n.to_string();
+    let first = (digits.len() + 2) % 3 + 1;
+    let mut text = digits[..first].to_string();
+    for start in (first..digits.len()).step_by(3) {
+        text.push(',');
+        text += &digits[start..start + 3];
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::row::Outcome;
+
+    #[test]
+    fn numbers_are_short_and_counts_are_grouped() {
+        let numbers = [0.0, 5.0, 1234.0, 0.5, 0.012345, 1e-7, 123456.0, f64::NAN].map(number);
+        assert_eq!(numbers, ["0", "5", "1234", "0.5", "0.0123", "1.00e-7", "1.23e5", "none"]);
+        assert_eq!([0, 999, 1000, 1_234_567].map(count), ["0", "999", "1,000", "1,234,567"]);
+    }
+
+    #[test]
+    fn failures_say_what_to_look_at_and_what_holds_is_one_line() {
+        let row = |figure| {
+            let outcome = Outcome::at_most(figure, 1.0).tried(1000, "rays").note("worst here").trace(Some("x".into()));
+            Row::new("a/b".into(), outcome, 0.5)
+        };
+        let failed = line(&row(2.0), false);
+        assert!(
+            failed.starts_with("FAIL  a/b") && failed.contains("1,000 rays\n      worst here\n      look at it: x\n")
+        );
+        assert_eq!((line(&row(0.5), false).lines().count(), line(&row(0.5), true).lines().count()), (1, 2));
+        assert!(summary(&[row(2.0), row(0.5)], 1).starts_with("2 checks, 2,000 cases, 1.0 s"));
+        assert!(summary(&[row(2.0)], 1).starts_with("1 check,") && summary(&[row(2.0)], 1).ends_with(": 1 fails\n"));
+    }
+}
