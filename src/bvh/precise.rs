@@ -33,8 +33,11 @@ const PRECISE_LAMP_RATIO: f32 = 512.0;
 const PRECISE_RATIO: f32 = 4096.0;
 /// What lies within this part of its longest edge from its box lies on a triangle.
 const ON_IT: f32 = 1.0 / 64.0;
-/// Half-ulps of the corners' distances by which the common test may move an edge, with a factor of 1.8 to spare.
-const MOVED: f64 = 1.0 / (1 << 21) as f64;
+/// Half-ulps of the corners' sheared coordinates, before they cancel, by which the common test may move an edge: 4. The worst of
+/// all roundings is half as much again; they hardly ever add up.
+const MOVED: f64 = 1.0 / (1 << 22) as f64;
+/// Half-ulps of coordinates by which a triangle's box is widened: 2, half of what walks widen theirs by.
+const WIDENED: f64 = 1.0 / (1 << 23) as f64;
 /// Where the projected area is this small a part of the corners' squared distances, f64 is too coarse as well.
 const LEAST_AREA: f64 = 1.0 / (1u64 << 36) as f64;
 
@@ -223,15 +226,15 @@ impl PreciseRay {
     }
 
     /// The hit on a triangle of class `class`, at any `t`: as [`crate::bvh::triangle`] has it, in f64, edges that are shared
-    /// moved out by what that test may move them. `t` is that of the triangle's plane, which is exact for planes along axes: a
-    /// ray may leave a floor at y = 0 from y = 0.
+    /// moved out by what that test may move them, and `t` from the triangle's plane, which is exact for planes along axes: a ray
+    /// may leave a floor at y = 0 from y = 0. A hit is in the triangle's box, a little widened, and so is its `t`, whatever
+    /// rounding makes of a plane seen edge-on: then no walk culls the box that it is in.
     pub(super) fn hit(&self, vertices: [[f32; 3]; 3], class: u8) -> Option<PreciseHit> {
         let [kx, ky, kz] = self.axes;
         // Not `map`, which is a call here.
         let wide = |v: [f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
         let (p, q, r) = (wide(vertices[0]), wide(vertices[1]), wide(vertices[2]));
         let (from_p, from_q, from_r) = (p - self.origin, q - self.origin, r - self.origin);
-        let reach = from_p.abs().max(from_q.abs()).max(from_r.abs()).max_element();
         let depth = self.direction[kz];
         let shear = [self.direction[kx] / depth, self.direction[ky] / depth];
         let sheared = |v: DVec3| (v[kx] - shear[0] * v[kz], v[ky] - shear[1] * v[kz]);
@@ -239,31 +242,34 @@ impl PreciseRay {
         let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
         let sign = if (u + v) + w < 0.0 { -1.0 } else { 1.0 };
         let (u, v, w) = (u * sign, v * sign, w * sign);
-        let moved = MOVED * reach;
-        let (a, b, c) = (ax.abs() + ay.abs(), bx.abs() + by.abs(), cx.abs() + cy.abs());
-        let room = |bit: u8, sum: f64| if class & bit != 0 { moved * sum } else { 0.0 };
-        if u < -room(1, b + c) || v < -room(2, c + a) || w < -room(4, a + b) {
-            return None;
-        }
+        let (mut room_u, mut room_v, mut room_w) = (0.0, 0.0, 0.0);
         if class & SHARED_EDGES != 0 {
-            // Within reach of all three lines, yet away from the triangle: seen edge-on.
-            let beside = |p: f64, q: f64, r: f64| p.min(q).min(r) > moved || p.max(q).max(r) < -moved;
-            if beside(ax, bx, cx) || beside(ay, by, cy) {
-                return None;
-            }
+            let moved = |v: DVec3| {
+                let moved = |axis: usize, shear: f64| MOVED * (v[axis].abs() + (shear * v[kz]).abs());
+                (moved(kx, shear[0]), moved(ky, shear[1]))
+            };
+            let (a, b, c) = (moved(from_p), moved(from_q), moved(from_r));
+            let room = |bit: u8, (px, py): (f64, f64), p: (f64, f64), (qx, qy): (f64, f64), q: (f64, f64)| {
+                let room = (p.0 * qy.abs() + p.1 * qx.abs()) + (q.0 * py.abs() + q.1 * px.abs());
+                if class & bit != 0 { room } else { 0.0 }
+            };
+            room_u = room(1, (bx, by), b, (cx, cy), c);
+            room_v = room(2, (cx, cy), c, (ax, ay), a);
+            room_w = room(4, (ax, ay), a, (bx, by), b);
+        }
+        if u < -room_u || v < -room_v || w < -room_w {
+            return None;
         }
         let inner = |edge: f64| if edge > 0.0 { edge } else { 0.0 };
         let (u, v, w) = (inner(u), inner(v), inner(w));
         let det = (u + v) + w;
-        let size = a.max(b).max(c);
+        let size = (ax.abs() + ay.abs()).max(bx.abs() + by.abs()).max(cx.abs() + cy.abs());
         if det <= LEAST_AREA * (size * size) {
             return None;
         }
+        let (first, last) = self.within_box([p, q, r])?;
         let normal = (q - p).cross(r - p);
         let t = normal.dot(from_p) / normal.dot(self.direction);
-        // Between the corners, whatever rounding makes of a plane seen edge-on.
-        let (a, b, c) = (from_p[kz] / depth, from_q[kz] / depth, from_r[kz] / depth);
-        let (first, last) = (a.min(b).min(c), a.max(b).max(c));
         let t = (if t < first {
             first
         } else if t > last {
@@ -272,5 +278,22 @@ impl PreciseRay {
             t
         }) as f32;
         t.is_finite().then_some(PreciseHit { t, u: (v / det) as f32, v: (w / det) as f32 })
+    }
+
+    /// The part of the ray, forwards and backwards, that is in the box of `corners`, widened.
+    fn within_box(&self, corners: [DVec3; 3]) -> Option<(f64, f64)> {
+        let [p, q, r] = corners;
+        let (low, high) = (p.min(q).min(r), p.max(q).max(r));
+        let widened = (self.origin.abs() + low.abs().max(high.abs())) * WIDENED;
+        let (low, high) = (low - widened - self.origin, high + widened - self.origin);
+        let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
+        for axis in 0..3 {
+            // Infinite where the direction is 0; NaN, which bounds nothing, if it runs along a side besides.
+            let (a, b) = (low[axis] / self.direction[axis], high[axis] / self.direction[axis]);
+            let (near, far) = if a > b { (b, a) } else { (a, b) };
+            first = if near > first { near } else { first };
+            last = if far < last { far } else { last };
+        }
+        (first <= last).then_some((first, last))
     }
 }

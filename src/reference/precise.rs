@@ -2,11 +2,13 @@
 
 use super::intersect::{Hit, Ray};
 use super::{Real, Vec3, vec3};
-use crate::bvh::precise::SHARED_EDGES;
 use glam::DVec3;
 
-/// Half-ulps (2^-24) of the corners' distances by which the test in single precision may move an edge: 8.
-const MOVED: f64 = 8.0 / 16_777_216.0;
+/// Half-ulps (2^-24) of the corners' sheared coordinates by which the test in single precision may move an edge: 4.
+const MOVED: f64 = 4.0 / 16_777_216.0;
+
+/// Half-ulps of coordinates by which a triangle's box is widened: 2.
+const WIDENED: f64 = 2.0 / 16_777_216.0;
 
 /// What the projected area must exceed in parts of the squared size, for double precision to be good enough.
 const LEAST_AREA: f64 = 1.0 / 68_719_476_736.0;
@@ -30,7 +32,6 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
         let from_origin = axes.map(|axis| v[axis] as f64 - origin[axis]);
         DVec3::from(from_origin)
     });
-    let reach = seen.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
     let (shear_x, shear_y) = (d[axes[0]] / d[z], d[axes[1]] / d[z]);
     let [a, b, c] = seen.map(|v| DVec3::new(v.x - shear_x * v.z, v.y - shear_y * v.z, v.z));
 
@@ -39,34 +40,32 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
     if edges[0] + edges[1] + edges[2] < 0.0 {
         edges = edges.map(|edge| -edge);
     }
-    let moved = MOVED * reach;
-    let sizes = [a, b, c].map(|v| v.x.abs() + v.y.abs());
+    // By how much the test in f32 may see the corners moved, and so an edge: to first order.
+    let moved = seen.map(|v| {
+        let uncertain = |x: f64, shear: f64| MOVED * (x.abs() + (shear * v.z).abs());
+        [uncertain(v.x, shear_x), uncertain(v.y, shear_y)]
+    });
+    let corners = [a, b, c];
     for i in 0..3 {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let room = (moved[j][0] * corners[k].y.abs() + moved[j][1] * corners[k].x.abs())
+            + (moved[k][0] * corners[j].y.abs() + moved[k][1] * corners[j].x.abs());
         let shared = class & (1 << i) != 0;
-        let room = if shared { moved * (sizes[(i + 1) % 3] + sizes[(i + 2) % 3]) } else { 0.0 };
-        if edges[i] < -room {
+        if edges[i] < if shared { -room } else { 0.0 } {
             return None;
         }
     }
-    // A triangle seen edge-on may have the ray within reach of its three lines and still lie beside it.
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    let beside = low.x > moved || low.y > moved || high.x < -moved || high.y < -moved;
-    if class & SHARED_EDGES != 0 && beside {
-        return None;
-    }
     let [u, v, w] = edges.map(|edge| if edge > 0.0 { edge } else { 0.0 });
     let det = u + v + w;
-    let size = sizes.into_iter().fold(0.0, f64::max);
+    let size = corners.into_iter().map(|v| v.x.abs() + v.y.abs()).fold(0.0, f64::max);
     if det <= LEAST_AREA * (size * size) {
         return None;
     }
-    // Of the plane, but between the corners.
+    // Of the plane, but in the triangle's box.
     let [p, q, r] = vertices.map(|v| DVec3::from(v.map(f64::from)));
+    let (first, last) = part_in_box(wide(ray.origin), wide(ray.direction), [p, q, r])?;
     let normal = (q - p).cross(r - p);
     let t = normal.dot(p - wide(ray.origin)) / normal.dot(wide(ray.direction));
-    let at = [a, b, c].map(|v| v.z / d[z]);
-    let (first, last) =
-        (at.into_iter().fold(f64::INFINITY, f64::min), at.into_iter().fold(f64::NEG_INFINITY, f64::max));
     let t = (if t < first {
         first
     } else if t > last {
@@ -76,6 +75,27 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
     }) as f32;
     let (u, v) = ((v / det) as f32, (w / det) as f32);
     t.is_finite().then_some(Hit { t: t as Real, triangle, u: u as Real, v: v as Real })
+}
+
+/// Where a line enters and leaves the widened box of three points (the slab method, Kay and Kajiya 1986).
+fn part_in_box(origin: DVec3, direction: DVec3, points: [DVec3; 3]) -> Option<(f64, f64)> {
+    let [p, q, r] = points;
+    let mut part = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        let low = p[axis].min(q[axis]).min(r[axis]);
+        let high = p[axis].max(q[axis]).max(r[axis]);
+        let widened = (origin[axis].abs() + low.abs().max(high.abs())) * WIDENED;
+        let at = [low - widened, high + widened].map(|side| (side - origin[axis]) / direction[axis]);
+        let (near, far) = if at[0] > at[1] { (at[1], at[0]) } else { (at[0], at[1]) };
+        // Comparisons with NaN are false: a line along a side is not bounded by it.
+        if near > part.0 {
+            part.0 = near;
+        }
+        if far < part.1 {
+            part.1 = far;
+        }
+    }
+    (part.0 <= part.1).then_some(part)
 }
 
 /// The point of a triangle next to `p`, rounded once to f32.

@@ -59,17 +59,25 @@ fn hit_in_f64(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)>
     if e[0] + e[1] + e[2] < 0.0 {
         e = e.map(|e| -e);
     }
-    let moved = raw.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs())) / 2f64.powi(21);
     let size = p.map(|p| p[0].abs() + p[1].abs());
+    let moved = raw.map(|r| [0, 1].map(|k| (r[k].abs() + (d[k] / d[2] * r[2]).abs()) / 2f64.powi(22)));
     for i in 0..3 {
-        let room = if class >> i & 1 == 1 { moved * (size[(i + 1) % 3] + size[(i + 2) % 3]) } else { 0.0 };
-        if e[i] < -room {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let room = (moved[j][0] * p[k][1].abs() + moved[j][1] * p[k][0].abs())
+            + (moved[k][0] * p[j][1].abs() + moved[k][1] * p[j][0].abs());
+        if e[i] < -room && class >> i & 1 == 1 || e[i] < 0.0 && class >> i & 1 == 0 {
             return None;
         }
     }
-    let all = |axis: usize, outside: &dyn Fn(f64) -> bool| p.iter().all(|p| outside(p[axis]));
-    if class & SHARED_EDGES != 0 && (0..2).any(|axis| all(axis, &|x: f64| x > moved) || all(axis, &|x: f64| x < -moved))
-    {
+    let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
+    for k in 0..3 {
+        let (low, high) = (v[0][k].min(v[1][k]).min(v[2][k]) as f64, v[0][k].max(v[1][k]).max(v[2][k]) as f64);
+        let (o, wide) = (ray.o[k] as f64, ((ray.o[k] as f64).abs() + low.abs().max(high.abs())) / 2f64.powi(23));
+        let ends = [(low - wide - o) / ray.d[k] as f64, (high + wide - o) / ray.d[k] as f64];
+        first = first.max(ends[0].min(ends[1]));
+        last = last.min(ends[0].max(ends[1]));
+    }
+    if first > last {
         return None;
     }
     let e = e.map(|e| if e > 0.0 { e } else { 0.0 });
@@ -81,8 +89,6 @@ fn hit_in_f64(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)>
     let (f, g) = (minus(b, a), minus(c, a));
     let n = [f[1] * g[2] - f[2] * g[1], f[2] * g[0] - f[0] * g[2], f[0] * g[1] - f[1] * g[0]];
     let t = dot(n, minus(a, ray.o.map(f64::from))) / dot(n, ray.d.map(f64::from));
-    let z = raw.map(|p| p[2] / d[2]);
-    let (first, last) = (z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2]));
     let t = if t < first {
         first
     } else if t > last {
