@@ -3,7 +3,9 @@
 //! The common test ([`crate::bvh::triangle`]) sees a triangle as if its corners had moved by a few half-ulps of their
 //! distances from the ray's origin. That is nothing to most triangles. It is much to the width of a sliver, and to whatever
 //! stands on a triangle a thousand times its size. These two kinds are *precise*: whether and where a ray hits them is
-//! worked out in f64. So is, for any triangle, a hit seen so nearly edge-on that rounding could carry it off the triangle.
+//! worked out in f64. So is, for any triangle, a hit seen so nearly edge-on that rounding could carry it off the triangle; and
+//! what covers a lamp or is covered by it in one plane: which of the two a ray meets first is then not a matter of rounding,
+//! and the same to rays that find the lamp by chance and to those that aim at it.
 //!
 //! What both tests say of an edge must leave no gap where a precise triangle meets a common one. There, and only there, the
 //! precise test takes the edge to lie as far out as the common test may see it.
@@ -33,6 +35,8 @@ const PRECISE_LAMP_RATIO: f32 = 512.0;
 const PRECISE_RATIO: f32 = 4096.0;
 /// What lies within this part of its longest edge from its box lies on a triangle.
 const ON_IT: f32 = 1.0 / 64.0;
+/// Parts of the coordinates by which what lies in one plane may lie off it: 8 half-ulps.
+const SAME_PLANE: f32 = 1.0 / (1 << 21) as f32;
 /// Half-ulps of the corners' sheared coordinates, before they cancel, by which the common test may move an edge: 4. The worst of
 /// all roundings is half as much again; they hardly ever add up.
 const MOVED: f64 = 1.0 / (1 << 22) as f64;
@@ -52,13 +56,7 @@ pub(super) fn classify(
     let ids = &tree.primitive_indices;
     let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
     let mut classes = Vec::new();
-    let mut mark = |id: u32, class: u8| {
-        if classes.is_empty() {
-            classes.resize(triangles.len(), 0u8);
-        }
-        classes[id as usize] |= class;
-    };
-    ids.iter().filter(|&&id| aspect(vertices(id)) > SLIVER_ASPECT).for_each(|&id| mark(id, PRECISE));
+    ids.iter().filter(|&&id| aspect(vertices(id)) > SLIVER_ASPECT).for_each(|&id| mark(&mut classes, id, PRECISE));
     let longest: Vec<f32> = ids.iter().map(|&id| longest_edge(vertices(id))).collect();
     let (least, most) = longest.iter().fold((f32::INFINITY, 0.0f32), |(a, b), &size| (a.min(size), b.max(size)));
     if most > HUGE_RATIO * least {
@@ -71,12 +69,64 @@ pub(super) fn classify(
             let carries = |smallest: &[f32], ratio: f32| lies_on(tree, smallest, place, size / ratio);
             if carries(&objects, HUGE_RATIO) {
                 let precise = carries(&objects, PRECISE_RATIO) || carries(&lamps, PRECISE_LAMP_RATIO);
-                mark(id, if precise { PRECISE | HUGE } else { HUGE });
+                mark(&mut classes, id, if precise { PRECISE | HUGE } else { HUGE });
             }
         }
     }
+    for &id in ids.iter().filter(|&&id| emits(id)) {
+        let reach = vertices(id).iter().flatten().fold(0.0, |most: f32, x| most.max(x.abs()));
+        let place = bounds(vertices(id), reach * SAME_PLANE);
+        for_each_in(tree, place, |other| {
+            let known = [id, other].iter().all(|&id| class_of(&classes, id) & PRECISE != 0);
+            if other != id && !known && covers(vertices(id), vertices(other)) {
+                mark(&mut classes, id, PRECISE);
+                mark(&mut classes, other, PRECISE);
+            }
+        });
+    }
+    if !classes.is_empty() {
+        classes.resize(triangles.len(), 0);
+    }
     mark_shared_edges(&mut classes, ids, &vertices);
     classes
+}
+
+/// The class of a triangle.
+fn class_of(classes: &[u8], triangle: u32) -> u8 {
+    classes.get(triangle as usize).copied().unwrap_or(0)
+}
+
+/// Adds to the class of a triangle.
+fn mark(classes: &mut Vec<u8>, triangle: u32, class: u8) {
+    let index = triangle as usize;
+    if classes.len() <= index {
+        classes.resize(index + 1, 0);
+    }
+    classes[index] |= class;
+}
+
+/// Whether two triangles lie in one plane and share more of it than an edge.
+fn covers(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
+    let (large, small) = if longest_edge(a) >= longest_edge(b) { (a, b) } else { (b, a) };
+    let [large, small] = [large, small].map(|triangle| triangle.map(|v| DVec3::from(v.map(f64::from))));
+    let normal = (large[1] - large[0]).cross(large[2] - large[0]).normalize();
+    let size = large.into_iter().chain(small).map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    if small.iter().any(|&corner| normal.dot(corner - large[0]).abs() > f64::from(SAME_PLANE) * size) {
+        return false;
+    }
+    // Convex figures that share area overlap seen along every edge (Gottschalk, Lin and Manocha 1996, in the plane).
+    let least = f64::from(SAME_PLANE) * size;
+    [large, small].into_iter().all(|triangle| {
+        (0..3).all(|i| {
+            let across = (triangle[(i + 1) % 3] - triangle[i]).cross(normal).normalize();
+            let extent = |figure: [DVec3; 3]| {
+                let at = figure.map(|corner| across.dot(corner));
+                (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]))
+            };
+            let (p, q) = (extent(large), extent(small));
+            p.1.min(q.1) - p.0.max(q.0) > least
+        })
+    })
 }
 
 /// Per triangle of `ids`, the size of the object it belongs to: the longest side of the box about all triangles that hang
@@ -160,6 +210,22 @@ fn lies_on(tree: &Bvh2, smallest: &[f32], bounds: [[f32; 2]; 3], size: f32) -> b
         }
     }
     false
+}
+
+/// Tells of the triangles whose boxes meet `bounds`, and of some beside.
+fn for_each_in(tree: &Bvh2, bounds: [[f32; 2]; 3], mut tell: impl FnMut(u32)) {
+    let mut pending = vec![0];
+    while let Some(index) = pending.pop() {
+        let Some(node) = tree.nodes.get(index) else { return };
+        let (min, max) = (node.min.to_array(), node.max.to_array());
+        let first = node.first_index as usize;
+        if !(0..3).all(|axis| min[axis] <= bounds[axis][1] && max[axis] >= bounds[axis][0]) {
+        } else if node.is_leaf() {
+            tree.primitive_indices[first..first + node.prim_count as usize].iter().for_each(|&id| tell(id));
+        } else {
+            pending.extend([first, first + 1]);
+        }
+    }
 }
 
 /// An edge: the bits of its two corners, the lower first.
@@ -269,7 +335,16 @@ impl PreciseRay {
         }
         let (first, last) = self.within_box([p, q, r])?;
         let normal = (q - p).cross(r - p);
-        let t = normal.dot(from_p) / normal.dot(self.direction);
+        // From the corner next to the ray's origin: its difference has lost the least.
+        let [p_off, q_off, r_off] = [from_p, from_q, from_r].map(|v| v.dot(v));
+        let from_corner = if p_off <= q_off && p_off <= r_off {
+            from_p
+        } else if q_off <= r_off {
+            from_q
+        } else {
+            from_r
+        };
+        let t = normal.dot(from_corner) / normal.dot(self.direction);
         let t = (if t < first {
             first
         } else if t > last {

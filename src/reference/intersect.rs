@@ -227,17 +227,23 @@ impl ShearedRay {
         let size = [a, b, c].map(|v| if v.x.abs() > v.y.abs() { v.x.abs() } else { v.y.abs() });
         let size = size.into_iter().fold(0.0, |most, one| if one > most { one } else { most });
         if det.abs() < size * size * EDGE_ON {
-            return hit_precisely(&self.ray, vertices, triangle, SHARED_EDGES);
+            return self.precise_hit(vertices, triangle, SHARED_EDGES);
         }
         let t = (u * a.z + v * b.z + w * c.z) / det;
         let off = lost_digits(Real::EPSILON as f64) as Real;
         Some(Hit { t: t * off, triangle, u: v / det * off, v: w / det })
     }
 
+    /// The hit in f64, at any `t`.
+    fn precise_hit(&self, vertices: [[f32; 3]; 3], triangle: u32, class: u8) -> Option<Hit> {
+        let hit = hit_precisely((self.ray.origin, self.ray.direction), vertices, class)?;
+        Some(Hit { t: hit.t as Real, triangle, u: hit.u as Real, v: hit.v as Real })
+    }
+
     /// [`ShearedRay::hit`] on a triangle of class `class`.
     fn hit_of_class(&self, vertices: [[f32; 3]; 3], triangle: u32, class: u8) -> Option<Hit> {
         if class & PRECISE != 0 {
-            return hit_precisely(&self.ray, vertices, triangle, class);
+            return self.precise_hit(vertices, triangle, class);
         }
         self.hit(vertices, triangle)
     }

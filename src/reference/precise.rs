@@ -1,7 +1,7 @@
 //! Triangles that single precision is too coarse for, in double precision, whatever `Real` is.
 
-use super::intersect::{Hit, Ray};
-use super::{Real, Vec3, vec3};
+use super::{Vec3, vec3};
+use crate::bvh::precise::PreciseHit;
 use glam::DVec3;
 
 /// Half-ulps (2^-24) of the corners' sheared coordinates by which the test in single precision may move an edge: 4.
@@ -13,12 +13,13 @@ const WIDENED: f64 = 2.0 / 16_777_216.0;
 /// What the projected area must exceed in parts of the squared size, for double precision to be good enough.
 const LEAST_AREA: f64 = 1.0 / 68_719_476_736.0;
 
-/// The hit of a ray on a triangle of class `class`, at any `t`, rounded once to f32. The test of Woop, Benthin and Wald
+/// The hit of a ray (its origin and direction) on a triangle of class `class`, at any `t`, rounded once to f32. The test of Woop, Benthin and Wald
 /// (2013) in f64. Edges that precise triangles share with common ones lie as far out as the test in f32 may see them: the two
 /// tests then leave no gap between the two triangles.
-pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u8) -> Option<Hit> {
+pub fn hit_precisely(ray: (Vec3, Vec3), vertices: [[f32; 3]; 3], class: u8) -> Option<PreciseHit> {
+    let (origin, direction) = (wide(ray.0), wide(ray.1));
     // The direction's dominant axis becomes z.
-    let d = wide(ray.direction).to_array();
+    let d = direction.to_array();
     let z = if d[0].abs() >= d[1].abs() && d[0].abs() >= d[2].abs() {
         0
     } else if d[1].abs() >= d[2].abs() {
@@ -27,7 +28,6 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
         2
     };
     let axes = [(z + 1) % 3, (z + 2) % 3, z];
-    let origin = wide(ray.origin).to_array();
     let seen = vertices.map(|v| {
         let from_origin = axes.map(|axis| v[axis] as f64 - origin[axis]);
         DVec3::from(from_origin)
@@ -46,12 +46,12 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
         [uncertain(v.x, shear_x), uncertain(v.y, shear_y)]
     });
     let corners = [a, b, c];
-    for i in 0..3 {
+    for (i, &edge) in edges.iter().enumerate() {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let room = (moved[j][0] * corners[k].y.abs() + moved[j][1] * corners[k].x.abs())
             + (moved[k][0] * corners[j].y.abs() + moved[k][1] * corners[j].x.abs());
         let shared = class & (1 << i) != 0;
-        if edges[i] < if shared { -room } else { 0.0 } {
+        if edge < if shared { -room } else { 0.0 } {
             return None;
         }
     }
@@ -63,9 +63,13 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
     }
     // Of the plane, but in the triangle's box.
     let [p, q, r] = vertices.map(|v| DVec3::from(v.map(f64::from)));
-    let (first, last) = part_in_box(wide(ray.origin), wide(ray.direction), [p, q, r])?;
+    let (first, last) = part_in_box(origin, direction, [p, q, r])?;
     let normal = (q - p).cross(r - p);
-    let t = normal.dot(p - wide(ray.origin)) / normal.dot(wide(ray.direction));
+    let [p, q, r] = [p, q, r].map(|corner| corner - origin);
+    // The corner next to the origin tells best how far off the plane is.
+    let next = if q.dot(q) < p.dot(p) { q } else { p };
+    let next = if r.dot(r) < next.dot(next) { r } else { next };
+    let t = normal.dot(next) / normal.dot(direction);
     let t = (if t < first {
         first
     } else if t > last {
@@ -73,8 +77,7 @@ pub fn hit_precisely(ray: &Ray, vertices: [[f32; 3]; 3], triangle: u32, class: u
     } else {
         t
     }) as f32;
-    let (u, v) = ((v / det) as f32, (w / det) as f32);
-    t.is_finite().then_some(Hit { t: t as Real, triangle, u: u as Real, v: v as Real })
+    t.is_finite().then_some(PreciseHit { t, u: (v / det) as f32, v: (w / det) as f32 })
 }
 
 /// Where a line enters and leaves the widened box of three points (the slab method, Kay and Kajiya 1986).

@@ -100,7 +100,7 @@ mod tests {
         let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let triangle = |&(vertices, material): &([u32; 3], u32)| TriangleDesc { vertices, material, flipped: false };
         let triangles = triangles.iter().map(triangle).collect();
-        let mut desc = crate::scene::builtin::build("builtin:heavy:2000").unwrap();
+        let mut desc = crate::scene::builtin::build("heavy:2000").unwrap();
         desc.meshes = vec![MeshDesc { positions, triangles, corners: Vec::new() }];
         desc.instances = vec![InstanceDesc::default()];
         desc.materials[0].emission = [1.0; 3];

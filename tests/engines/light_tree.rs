@@ -293,9 +293,9 @@ fn a_tree_can_be_built_over_anything() {
         maker.seen([0.5, -3.0, 9.0], [0.5, 0.0, 0.0], 60.0)
     };
     for (name, count, at) in [
-        ("copies", 3_000, &(|_| Vec3::ZERO) as &dyn Fn(u32) -> Vec3),
+        ("nearly copies", 3_000, &(|i: u32| Vec3::Y * (i as f32 * 1e-30)) as &dyn Fn(u32) -> Vec3),
         ("a row", 3_000, &|i| Vec3::new(i as f32, 0.0, 0.0)),
-        ("ever closer", 3_000, &|i| Vec3::new(0.5f32.powi((i % 100) as i32), 0.0, 0.0)),
+        ("ever closer", 3_000, &|i| Vec3::new(0.5f32.powi((i % 100) as i32), 0.0, i as f32 * 1e-30)),
     ] {
         let scene = build(count, at);
         with_tree(&scene, |tree, table| {

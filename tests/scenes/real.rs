@@ -68,7 +68,13 @@ fn mcguires_boxes_are_finite_and_as_bright_as_ever() {
     for (name, height, means) in boxes {
         let Some(obj) = shared(&format!("obj/cornell/CornellBox-{name}.obj")) else { return };
         let scene = seen(&obj, [0.0, height, 6.8], [0.0, height, 0.0], UP, 19.5);
-        assert_eq!(scene.warnings, [""; 0], "{name}");
+        // The bottoms of its boxes name the corners of other faces, which then are in the file twice.
+        let doubled = usize::from(name == "Original");
+        assert_eq!(
+            scene.warnings.iter().filter(|warning| warning.contains("4 triangles were dropped")).count(),
+            doubled
+        );
+        assert_eq!(scene.warnings.len(), doubled, "{name}: {:?}", scene.warnings);
         let film = sane(&scene, &small(96, 96, 64));
         let got = film.mean_radiance();
         // Materials of the other two come one by one: until then only what cannot change is asked.

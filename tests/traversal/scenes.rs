@@ -61,17 +61,18 @@ fn hit_in_f64(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)>
     }
     let size = p.map(|p| p[0].abs() + p[1].abs());
     let moved = raw.map(|r| [0, 1].map(|k| (r[k].abs() + (d[k] / d[2] * r[2]).abs()) / 2f64.powi(22)));
-    for i in 0..3 {
+    for (i, &edge) in e.iter().enumerate() {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let room = (moved[j][0] * p[k][1].abs() + moved[j][1] * p[k][0].abs())
             + (moved[k][0] * p[j][1].abs() + moved[k][1] * p[j][0].abs());
-        if e[i] < -room && class >> i & 1 == 1 || e[i] < 0.0 && class >> i & 1 == 0 {
+        if edge < -room && class >> i & 1 == 1 || edge < 0.0 && class >> i & 1 == 0 {
             return None;
         }
     }
     let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
+    let [p0, p1, p2] = v.map(|p| p.map(f64::from));
     for k in 0..3 {
-        let (low, high) = (v[0][k].min(v[1][k]).min(v[2][k]) as f64, v[0][k].max(v[1][k]).max(v[2][k]) as f64);
+        let (low, high) = (p0[k].min(p1[k]).min(p2[k]), p0[k].max(p1[k]).max(p2[k]));
         let (o, wide) = (ray.o[k] as f64, ((ray.o[k] as f64).abs() + low.abs().max(high.abs())) / 2f64.powi(23));
         let ends = [(low - wide - o) / ray.d[k] as f64, (high + wide - o) / ray.d[k] as f64];
         first = first.max(ends[0].min(ends[1]));
@@ -88,7 +89,9 @@ fn hit_in_f64(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)>
     let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let (f, g) = (minus(b, a), minus(c, a));
     let n = [f[1] * g[2] - f[2] * g[1], f[2] * g[0] - f[0] * g[2], f[0] * g[1] - f[1] * g[0]];
-    let t = dot(n, minus(a, ray.o.map(f64::from))) / dot(n, ray.d.map(f64::from));
+    let from = [a, b, c].map(|p| minus(p, ray.o.map(f64::from)));
+    let nearest = from.into_iter().min_by(|p, q| dot(*p, *p).total_cmp(&dot(*q, *q)))?;
+    let t = dot(n, nearest) / dot(n, ray.d.map(f64::from));
     let t = if t < first {
         first
     } else if t > last {
