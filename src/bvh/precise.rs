@@ -31,7 +31,8 @@ const HUGE_RATIO: f32 = 512.0;
 /// It is precise as well if a lamp so many times smaller lies on it: rays would start up to 1e-4 of a tenth of the lamp too
 /// high ..
 const PRECISE_LAMP_RATIO: f32 = 512.0;
-/// .. or any object so many times smaller: 1e-3 of it too high.
+/// .. or any object so many times smaller: 1e-3 of it too high. So is what meets a sliver so many times narrower: rays would
+/// start beyond the far side of a thin box.
 const PRECISE_RATIO: f32 = 4096.0;
 /// What lies within this part of its longest edge from its box lies on a triangle.
 const ON_IT: f32 = 1.0 / 64.0;
@@ -59,14 +60,22 @@ pub(super) fn classify(
     ids.iter().filter(|&&id| aspect(vertices(id)) > SLIVER_ASPECT).for_each(|&id| mark(&mut classes, id, PRECISE));
     let longest: Vec<f32> = ids.iter().map(|&id| longest_edge(vertices(id))).collect();
     let (least, most) = longest.iter().fold((f32::INFINITY, 0.0f32), |(a, b), &size| (a.min(size), b.max(size)));
-    if most > HUGE_RATIO * least {
+    if most > HUGE_RATIO * least || !classes.is_empty() {
         let objects = object_sizes(ids, positions, triangles);
         let of_lamp = |(&id, &size): (&u32, &f32)| if emits(id) { size } else { f32::INFINITY };
         let lamps: Vec<f32> = ids.iter().zip(&objects).map(of_lamp).collect();
-        let (objects, lamps) = (smallest_below(tree, &objects), smallest_below(tree, &lamps));
+        let width = |(&id, &size): (&u32, &f32)| match class_of(&classes, id) & PRECISE != 0 {
+            true => size / aspect(vertices(id)) as f32,
+            false => f32::INFINITY,
+        };
+        let slivers: Vec<f32> = ids.iter().zip(&longest).map(width).collect();
+        let [objects, lamps, slivers] = [objects, lamps, slivers].map(|sizes| smallest_below(tree, &sizes));
         for (&id, &size) in ids.iter().zip(&longest) {
             let place = bounds(vertices(id), size * ON_IT);
             let carries = |smallest: &[f32], ratio: f32| lies_on(tree, smallest, place, size / ratio);
+            if carries(&slivers, PRECISE_RATIO) {
+                mark(&mut classes, id, PRECISE);
+            }
             if carries(&objects, HUGE_RATIO) {
                 let precise = carries(&objects, PRECISE_RATIO) || carries(&lamps, PRECISE_LAMP_RATIO);
                 mark(&mut classes, id, if precise { PRECISE | HUGE } else { HUGE });

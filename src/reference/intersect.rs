@@ -221,13 +221,16 @@ impl ShearedRay {
         if small && (u / det < 0.05 || v / det < 0.05 || w / det < 0.05) {
             return None;
         }
-        if !inside || det == 0.0 || planted(Fault::ClosedEdges) && u * v * w == 0.0 {
+        if !inside || planted(Fault::ClosedEdges) && u * v * w == 0.0 {
             return None;
         }
         let size = [a, b, c].map(|v| if v.x.abs() > v.y.abs() { v.x.abs() } else { v.y.abs() });
         let size = size.into_iter().fold(0.0, |most, one| if one > most { one } else { most });
         if det.abs() < size * size * EDGE_ON {
             return self.precise_hit(vertices, triangle, SHARED_EDGES);
+        }
+        if det == 0.0 {
+            return None;
         }
         let t = (u * a.z + v * b.z + w * c.z) / det;
         let off = lost_digits(Real::EPSILON as f64) as Real;
