@@ -64,7 +64,7 @@ pub fn warnings(desc: &CameraDesc, height: u32) -> Vec<String> {
             0.4 * LEAST_PIXEL_ANGLE / angle
         )
     };
-    (angle < LEAST_PIXEL_ANGLE).then(warning).into_iter().collect()
+    (angle < LEAST_PIXEL_ANGLE && !planted(Fault::SilentLimits)).then(warning).into_iter().collect()
 }
 
 /// The side of a pixel on a film at distance 1.

@@ -1,6 +1,6 @@
 //! Cameras: angles of view and lenses at their extremes.
 
-use crate::camera::Camera;
+use crate::camera::{Camera, warnings};
 use crate::check::item::{Check, Effort};
 use crate::check::numbers::{Numbers, worse};
 use crate::check::row::Outcome;
@@ -99,7 +99,7 @@ fn narrowest_views_are_told(_: &Effort) -> Result<Outcome> {
         scene.desc.camera.vertical_fov = fov;
         scene.desc.film = (1000, 1000);
         // An error is as good as a warning.
-        silent += scene.prepare().is_ok_and(|prepared| prepared.warnings.is_empty()) as usize;
+        silent += scene.prepare().is_ok_and(|prepared| warnings(&prepared.camera, 1000).is_empty()) as usize;
     }
     Ok(Outcome::at_most(silent as f64, 0.0)
         .tried(views.len() as u64, "views below 2^-22 rad a pixel, those without a warning"))

@@ -227,9 +227,9 @@ fn start_offset(effort: &Effort) -> Result<Outcome> {
         for _ in 0..64 {
             let u = [numbers.unit(), numbers.unit()];
             let weights = single::warp::sample_uniform_triangle(u);
-            let (position, offset) = single::surface::point_and_offset(&corners, weights, n.as_vec3(), margin);
+            let (position, offset) = single::surface::point_and_offset(&corners, weights, margin);
             let exact = weights.map(f64::from);
-            let (truth, _) = double::surface::point_and_offset(&corners, exact, n, 0.0);
+            let (truth, _) = double::surface::point_and_offset(&corners, exact, 0.0);
             // The weights' own sum is off 1 in f32: along the plane, not along the normal, only about the origin.
             let off = truth + DVec3::from(corners[0].map(f64::from)) * (1.0 - exact.iter().sum::<f64>());
             let share = (position.as_dvec3() - off).dot(n).abs() / f64::from(offset);

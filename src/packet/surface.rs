@@ -2,7 +2,7 @@
 //! rays to start. What smooth surfaces need is compiled in by `DETAIL`: scenes without them do not pay for it.
 
 use crate::bvh::Bvh;
-use crate::bvh::precise::{HUGE, PRECISE};
+use crate::bvh::precise::HUGE;
 use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::packet::records::{CornerColumns, TriangleColumns};
@@ -14,12 +14,11 @@ use glam::DVec3;
 /// Rounding moves a number by at most this fraction of it.
 pub const HALF_ULP: f32 = 1.0 / 16_777_216.0;
 
-/// Offsets are this many half-ulps of the coordinates that made the point; of triangles tested in f64, as far as they reach
-/// along the normal ([`crate::tables::margins`]). The scalar twin's comment has the figures.
+/// Offsets are this many half-ulps of the coordinates that made the point. The scalar twin's comment has the figures.
 pub const OFFSET_HALF_ULPS: f32 = 8.0;
 
-/// The same where a point is made in f64: it and the start of the next ray are rounded once each.
-pub const HUGE_HALF_ULPS: f32 = 4.0;
+/// Where a point is made in f64 (it and the start of the next ray are rounded once each), of the coordinates along the normal.
+pub const PRECISE_HALF_ULPS: f32 = 4.0;
 
 /// There points keep off the edges by 32 half-ulps of their own coordinates across them.
 const INSET: f64 = 32.0 / 16_777_216.0;
@@ -69,7 +68,8 @@ pub struct Found<'a> {
     pub position: Vec3x8,
 }
 
-/// [`surface_points`], on huge triangles from `found`.
+/// [`surface_points`], on huge triangles from `found`. Common triangles keep points off their edges by weights, those that are
+/// tested in f64 in f64.
 #[inline(always)]
 pub fn surface_points_on<const DETAIL: bool>(
     (triangles, corners): (&[TriangleRecord], &[CornerRecord]),
@@ -83,9 +83,10 @@ pub fn surface_points_on<const DETAIL: bool>(
     let weights = inset_weights(u, v, record.inset * F32x8::splat(HALF_ULP));
     let front: Mask8 = record.normal.dot(direction).lt(F32x8::ZERO);
     let normal = front.select_vec3(record.normal, -record.normal);
-    let (mut position, mut offset) = point_and_offset(&record.vertices, weights, record.normal, record.offset);
-    if let Some(found) = found {
-        on_huge_triangles(&found, triangle, &record, &mut position, &mut offset);
+    let (mut position, mut offset) = point_and_offset(&record.vertices, weights, record.offset);
+    let precise = record.offset.lt(F32x8::ZERO);
+    if found.is_some() || precise.any() {
+        on_precise_triangles(found, precise, triangle, &record, &mut position, &mut offset);
     }
     let away = normal.scale(if planted(Fault::WrongOffset) { F32x8::ZERO - offset } else { offset });
     let (origin, origin_behind) = (position + away, position - away);
@@ -184,11 +185,12 @@ fn inset_weights(u: F32x8, v: F32x8, inset: F32x8) -> [F32x8; 3] {
     [F32x8::ONE - u - v, u, v]
 }
 
-/// In lanes whose triangles are huge, points and offsets from where the rays have found them: a barycentric sum
-/// is as inexact there as the triangle is large.
+/// Points and offsets in lanes whose triangles are tested in f64 (`precise`), or huge: there from where the rays have found
+/// them, since a barycentric sum is as inexact as the triangle is large.
 #[inline(never)]
-fn on_huge_triangles(
-    found: &Found,
+fn on_precise_triangles(
+    found: Option<Found>,
+    precise: Mask8,
     triangle: U32x8,
     record: &TriangleColumns,
     position: &mut Vec3x8,
@@ -196,14 +198,21 @@ fn on_huge_triangles(
 ) {
     let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
     let (ids, vertices, normal) = (triangle.to_array(), record.vertices.map(columns), columns(record.normal));
-    let (points, mut position8, mut offset8) = (columns(found.position), columns(*position), offset.to_array());
-    for lane in (0..LANES).filter(|&lane| found.bvh.class(ids[lane]) & HUGE != 0) {
+    let (mut position8, mut offset8) = (columns(*position), offset.to_array());
+    let points = found.as_ref().map_or(position8, |found| columns(found.position));
+    for lane in 0..LANES {
+        let precise = precise.bits() >> lane & 1 == 1;
+        let huge = found.as_ref().is_some_and(|found| found.bvh.class(ids[lane]) & HUGE != 0);
+        if !(precise || huge) {
+            continue;
+        }
         let at = |column: [[f32; LANES]; 3]| column.map(|axis| axis[lane]);
-        let (point, away) = on_triangle(vertices.map(at), at(normal), at(points));
+        let next_to = at(if huge { points } else { position8 });
+        let (point, away) = on_triangle(vertices.map(at), at(normal), next_to);
         for axis in 0..3 {
             position8[axis][lane] = point[axis];
         }
-        if found.bvh.class(ids[lane]) & PRECISE != 0 {
+        if precise {
             offset8[lane] = away;
         }
     }
@@ -232,7 +241,7 @@ fn on_triangle(vertices: [[f32; 3]; 3], normal: [f32; 3], p: [f32; 3]) -> ([f32;
     }
     let point = p.to_array().map(|x| x as f32);
     let [x, y, z]: [f32; 3] = std::array::from_fn(|k| normal[k].abs() * point[k].abs());
-    (point, ((x + y) + z) * (HUGE_HALF_ULPS * HALF_ULP))
+    (point, ((x + y) + z) * (PRECISE_HALF_ULPS * HALF_ULP))
 }
 
 /// Barycentric sums.
@@ -241,15 +250,13 @@ pub fn barycentric_point([a, b, c]: &[Vec3x8; 3], weights: [F32x8; 3]) -> Vec3x8
     a.scale(weights[0]) + b.scale(weights[1]) + c.scale(weights[2])
 }
 
-/// Barycentric sums, and how far along the normals rays must start to be off the surfaces for certain; `offset` is
+/// Barycentric sums, and how far along the normals rays must start to be off common triangles for certain; `offset` is
 /// [`crate::tables::margins::Margins::offset`].
 #[inline(always)]
-pub fn point_and_offset(vertices: &[Vec3x8; 3], weights: [F32x8; 3], normal: Vec3x8, offset: F32x8) -> (Vec3x8, F32x8) {
+pub fn point_and_offset(vertices: &[Vec3x8; 3], weights: [F32x8; 3], offset: F32x8) -> (Vec3x8, F32x8) {
     let [a, b, c] = *vertices;
     let position = barycentric_point(vertices, weights);
     let size = a.abs().scale(weights[0]) + b.abs().scale(weights[1]) + c.abs().scale(weights[2]);
-    let (half_ulps, precise) = (F32x8::splat(OFFSET_HALF_ULPS), offset.lt(F32x8::ZERO));
-    let common = (size.x + size.y + size.z) * half_ulps + offset;
-    let along_normal = normal.abs().dot(size) * half_ulps;
-    (position, precise.select(along_normal, common) * F32x8::splat(HALF_ULP))
+    let half_ulps = (size.x + size.y + size.z) * F32x8::splat(OFFSET_HALF_ULPS) + offset;
+    (position, half_ulps * F32x8::splat(HALF_ULP))
 }

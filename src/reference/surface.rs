@@ -19,11 +19,10 @@ pub const HALF_ULP: Real = Real::EPSILON * 0.5;
 /// them next to edges and corners, cosine and grazing directions; spheres, boxes, spot, bunny, teapot; sizes 1e-6, 1
 /// and 1e6, at 0 to 1e3 sizes from the origin): at 0 half-ulps 45 %, at 1 1 %, at 2 7e-4, from 3 on none; a wedge of
 /// 10 degrees needs 8. More would only move contact shadows and carry more points through the walls of acute corners.
-/// Of triangles that are tested in f64 only what lies along the normal counts ([`crate::tables::margins`]).
 pub const OFFSET_HALF_ULPS: Real = 8.0;
 
-/// The same where a point is made in f64: it and the start of the next ray are rounded once each.
-pub const HUGE_HALF_ULPS: Real = 4.0;
+/// Where a point is made in f64 (it and the start of the next ray are rounded once each), of the coordinates along the normal.
+pub const PRECISE_HALF_ULPS: Real = 4.0;
 
 /// Shading normals are bent towards the viewer until they make at least this cosine with the ray (or, nearly along the
 /// surface, the geometric normal's).
@@ -59,7 +58,8 @@ pub fn surface_point(
 }
 
 /// [`surface_point`]; on a huge triangle, where a barycentric sum is as inexact as the triangle is large, the point is the one
-/// that the ray has `found`.
+/// that the ray has `found`. Points on triangles that are tested in f64 are kept off the edges in f64: by weights they would
+/// move along a sliver by its aspect times as much.
 pub fn surface_point_on(
     triangle: &TriangleRecord,
     corners: Option<&CornerRecord>,
@@ -72,12 +72,13 @@ pub fn surface_point_on(
     let front = front_normal.dot(direction) < 0.0;
     let normal = if front { front_normal } else { -front_normal };
     let offset = triangle.offset as Real;
-    let (mut position, mut offset) = point_and_offset(&triangle.vertices, weights, front_normal, offset);
-    if let Some(found) = found {
-        position = nearest_on_triangle(triangle.vertices, found);
-        if triangle.offset == PRECISE_OFFSET {
-            offset = front_normal.abs().dot(position.abs()) * (HUGE_HALF_ULPS * HALF_ULP);
-        }
+    let (mut position, mut offset) = point_and_offset(&triangle.vertices, weights, offset);
+    let precise = triangle.offset == PRECISE_OFFSET;
+    if found.is_some() || precise {
+        position = nearest_on_triangle(triangle.vertices, found.unwrap_or(position));
+    }
+    if precise {
+        offset = front_normal.abs().dot(position.abs()) * (PRECISE_HALF_ULPS * HALF_ULP);
     }
     let away = normal * if planted(Fault::WrongOffset) { -offset } else { offset };
     let mut point = SurfacePoint {
@@ -177,17 +178,12 @@ pub fn barycentric_point(vertices: &[[f32; 3]; 3], weights: [Real; 3]) -> Vec3 {
     (a * weights[0] + b * weights[1] + c * weights[2]) * lost_digits(Real::EPSILON as f64) as Real
 }
 
-/// A barycentric sum, and how far along the normal a ray must start to be off the surface for certain; `offset` is
+/// A barycentric sum, and how far along the normal a ray must start to be off a common triangle for certain; `offset` is
 /// [`crate::tables::margins::Margins::offset`].
-pub fn point_and_offset(vertices: &[[f32; 3]; 3], weights: [Real; 3], normal: Vec3, offset: Real) -> (Vec3, Real) {
+pub fn point_and_offset(vertices: &[[f32; 3]; 3], weights: [Real; 3], offset: Real) -> (Vec3, Real) {
     let position = barycentric_point(vertices, weights);
     let [a, b, c] = vertices.map(vec3);
     let size = a.abs() * weights[0] + b.abs() * weights[1] + c.abs() * weights[2];
-    let precise = offset < 0.0;
-    let half_ulps = if precise {
-        normal.abs().dot(size) * OFFSET_HALF_ULPS
-    } else {
-        (size.x + size.y + size.z) * OFFSET_HALF_ULPS + offset
-    };
+    let half_ulps = (size.x + size.y + size.z) * OFFSET_HALF_ULPS + offset;
     (position, half_ulps * HALF_ULP)
 }
