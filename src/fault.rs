@@ -74,8 +74,10 @@ pub enum Fault {
     BiasedRoulette,
     /// Surfaces reflect a hundredth less than they say.
     LossySurfaces,
-    /// Areas of lamps have 1e-4 square units added, as if against a division by 0.
+    /// Rays start 1e-4 units off every surface.
     AbsoluteEpsilon,
+    /// Copies of triangles are kept.
+    KeptCopies,
     /// The probabilities of light selections that do not depend on the place are stated a tenth too low.
     LopsidedChoice,
     /// Lamps sampled and met have infinite radiance.

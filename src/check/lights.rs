@@ -25,11 +25,12 @@ pub const CHECKS: &[Check] = &[
     Check { group: "lights", what: "edge_on", run: edge_on },
     Check { group: "lights", what: "in_the_plane_or_facing_away", run: in_the_plane_or_facing_away },
     Check { group: "lights", what: "coincident_lamps", run: coincident_lamps },
+    Check { group: "lights", what: "in_a_walls_plane", run: in_a_walls_plane },
     Check { group: "lights", what: "needle_to_1e6", run: needle_to_1e6 },
     Check { group: "lights", what: "tilted_needle_to_1e4", run: tilted_needle_to_1e4 },
     Check { group: "lights", what: "needle_close_by", run: needle_close_by },
     Check { group: "lights", what: "radiance_1e-30_to_1e30", run: radiance },
-    Check { group: "lights", what: "radiance_beyond_works_or_is_refused", run: radiance_beyond },
+    Check { group: "lights", what: "radiance_beyond_1e30_is_refused", run: radiance_beyond },
     Check { group: "lights", what: "1e12_apart", run: apart },
     Check { group: "lights", what: "1_to_1e5_lamps", run: lamps },
     Check { group: "lights", what: "probabilities_sum_to_one", run: probabilities_sum_to_one },
@@ -139,7 +140,8 @@ fn solid_angle(effort: &Effort) -> Result<Outcome> {
         lit.add("lamp", &[0.5 * f64::sqrt(angle), 1.0, 1.0, 0.5, 0.1], AIMED, spp, 1e-4)?;
     }
     for height in [1.0, 0.3, 0.1, 0.03, 0.01, 0.001] {
-        lit.add("lamp", &[1.0, height, 1.0, 0.5, 0.0], ALL_EXACT, spp, 1e-4)?;
+        // Off the lamp's diagonal: right below it light samples alone have a spread without bound.
+        lit.add("lamp", &[1.0, height, 1.0, 0.5, 0.1], ALL_EXACT, spp, 1e-4)?;
     }
     Ok(lit.outcome("lamps of 1e-12 to 6.28 sr"))
 }
@@ -202,6 +204,15 @@ fn coincident_lamps(effort: &Effort) -> Result<Outcome> {
     Ok(lit.outcome("lamps in one place with a lamp or a wall"))
 }
 
+fn in_a_walls_plane(effort: &Effort) -> Result<Outcome> {
+    let (mut lit, spp) = (Lit::default(), effort.samples(256, 64));
+    for wall_first in [0.0, 1.0] {
+        let truth = direct_light(&Trial::new("covered", &[wall_first, 1.0])?.scene.desc).unwrap_or(f64::NAN);
+        lit.add_trial(&Trial::new("covered", &[wall_first, 0.0])?, ALL_EXACT, small(16, spp), truth, 1e-4);
+    }
+    Ok(lit.outcome("a lamp and a wall that overlap in one plane"))
+}
+
 fn needle_to_1e6(effort: &Effort) -> Result<Outcome> {
     let (mut lit, spp) = (Lit::default(), effort.samples(64, 16));
     for aspect in [1e2, 1e3, 1e4, 1e5, 1e6] {
@@ -238,31 +249,19 @@ fn radiance(effort: &Effort) -> Result<Outcome> {
 }
 
 /// Radiances up to the largest f32 either work or end in an error that says so.
-fn radiance_beyond(effort: &Effort) -> Result<Outcome> {
-    let spp = effort.samples(16, 4);
-    let (mut wrong, mut samples, mut refused) = (0, 0, Vec::new());
-    for radiance in [1e33, 1e35, 1e37, 1e38, 3e38] {
+fn radiance_beyond(_: &Effort) -> Result<Outcome> {
+    let (mut taken, mut cases) = (0, 0);
+    for radiance in [1.01e30, 1e33, 1e37, 3e38] {
         for half in [0.5, 5.0] {
-            let trial = match Trial::new("lamp", &[half, 0.5, radiance, 0.9, 0.1]) {
-                Ok(trial) => trial,
-                Err(Error::Scene { message, .. }) if message.contains("still works") => {
-                    refused.push(format!("{radiance:e}"));
-                    continue;
-                }
+            cases += 1;
+            match Trial::new("lamp", &[half, 0.5, radiance, 0.9, 0.1]) {
+                Ok(_) => taken += 1,
+                Err(Error::Scene { message, .. }) if message.contains("still works") => {}
                 Err(error) => return Err(error),
-            };
-            for &strategy in ALL_EXACT {
-                let stats = trial.render(&Settings { strategy, ..small(16, spp) }).stats;
-                wrong += stats.nonfinite;
-                samples += stats.paths;
             }
         }
     }
-    refused.dedup();
-    let refused = if refused.is_empty() { String::new() } else { format!("refused: {}", refused.join(", ")) };
-    Ok(Outcome::at_most(wrong as f64, 0.0)
-        .tried(samples, "samples at radiance 1e33 to 3e38, those that are not finite")
-        .note(refused))
+    Ok(Outcome::at_most(f64::from(taken), 0.0).tried(cases, "lamps of radiance 1.01e30 to 3e38, those taken"))
 }
 
 /// A lamp is drawn however much brighter another one is, and its stated probability is that with which it is drawn.
@@ -352,6 +351,7 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
                 "lights/touching_a_floor",
                 "lights/touching_a_tilted_floor",
                 "lights/coincident_lamps",
+                "lights/in_a_walls_plane",
                 "lights/needle_to_1e6",
                 "lights/tilted_needle_to_1e4",
                 "lights/needle_close_by",
@@ -362,7 +362,8 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
         ),
         (AbsoluteEpsilon, &["lights/solid_angle_1e-12_to_2pi", "lights/distance_1e-6_to_1e6"]),
         (BothSidesShine, &["lights/in_the_plane_or_facing_away"]),
-        (InfiniteRadiance, &["lights/radiance_1e-30_to_1e30", "lights/radiance_beyond_works_or_is_refused"]),
+        (InfiniteRadiance, &["lights/radiance_1e-30_to_1e30"]),
+        (SilentLimits, &["lights/radiance_beyond_1e30_is_refused"]),
         (LopsidedChoice, &["lights/probabilities_sum_to_one", "lights/1e12_apart"]),
     ]
 };

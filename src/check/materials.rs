@@ -96,7 +96,7 @@ fn white_plastic(ior: f64, alpha: f64) -> MaterialRecord {
 
 /// No plastic gives back more than arrives.
 fn plastic_energy(effort: &Effort) -> Result<Outcome> {
-    let steps = effort.samples(128, 32).min(400);
+    let steps = effort.samples(128, 128).min(400);
     let (mut worst, mut note, mut cases) = (0.0, String::new(), 0);
     for ior in [1.01, 1.1, 1.5, 2.5, 5.0, 10.0, 20.0] {
         for alpha in [1e-4, 0.01, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0] {

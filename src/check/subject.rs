@@ -388,7 +388,7 @@ mod tests {
             ("lamps:3", "open_edges", 40.0),
             ("coincident:1:0", "coincident_triangles", 2.0),
             ("needle:1:1e-3:1:0", "slivers", 1000.0),
-            ("hollow:1:1:1:1:1:1e4", "distance_from_the_origin", 6000.0),
+            ("hollow:1:1:1:1:1:1e4", "distance_from_the_origin", 3000.0),
         ];
         for (name, what, least) in remarks {
             let outcome = outcome(name, what);

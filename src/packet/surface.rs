@@ -88,7 +88,13 @@ pub fn surface_points_on<const DETAIL: bool>(
     if found.is_some() || precise.any() {
         on_precise_triangles(found, precise, triangle, &record, &mut position, &mut offset);
     }
-    let away = normal.scale(if planted(Fault::WrongOffset) { F32x8::ZERO - offset } else { offset });
+    if planted(Fault::WrongOffset) {
+        offset = F32x8::ZERO - offset;
+    }
+    if planted(Fault::AbsoluteEpsilon) {
+        offset = F32x8::splat(1e-4);
+    }
+    let away = normal.scale(offset);
     let (origin, origin_behind) = (position + away, position - away);
     let mut points = SurfacePoints {
         position,

@@ -80,7 +80,13 @@ pub fn surface_point_on(
     if precise {
         offset = front_normal.abs().dot(position.abs()) * (PRECISE_HALF_ULPS * HALF_ULP);
     }
-    let away = normal * if planted(Fault::WrongOffset) { -offset } else { offset };
+    if planted(Fault::WrongOffset) {
+        offset = -offset;
+    }
+    if planted(Fault::AbsoluteEpsilon) {
+        offset = 1e-4;
+    }
+    let away = normal * offset;
     let mut point = SurfacePoint {
         position,
         geometric_normal: normal,

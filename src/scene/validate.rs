@@ -287,7 +287,7 @@ fn nothing_to_see(scene: &SceneDesc, geometry: &Geometry<'_>) -> Option<String> 
 
 /// Whether `x` can be radiance.
 pub fn is_radiance(x: f64) -> bool {
-    x >= 0.0 && x as f32 <= MOST_RADIANCE
+    x >= 0.0 && (x as f32 <= MOST_RADIANCE || planted(Fault::SilentLimits))
 }
 
 /// Why this environment cannot shine, if it cannot.

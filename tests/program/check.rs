@@ -8,7 +8,7 @@ const FURNACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/furnace.toml"
 
 /// The rows that a run prints as JSON, which must have ended well.
 fn rows(arguments: &[&str]) -> Vec<Value> {
-    let output = octray(&[&["check", "--json"], arguments].concat());
+    let output = octray(&[&["check"], arguments, &["--json"]].concat());
     assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
     serde_json::from_slice::<Value>(&output.stdout).unwrap().as_array().unwrap().clone()
 }

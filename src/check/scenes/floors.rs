@@ -24,6 +24,11 @@ pub const SCENES: &[SceneMaker] = &[
         numbers: &["kind of the copy, 0 to 3", "1: the copy comes first"],
         make: coincident,
     },
+    SceneMaker {
+        name: "covered",
+        numbers: &["1: the wall comes first", "1: no wall, only what is seen of the lamp"],
+        make: covered,
+    },
     SceneMaker { name: "pinhole", numbers: &["half the hole", "half the lamp"], make: pinhole },
     SceneMaker { name: "fan", numbers: &["triangles around the hub"], make: fan },
     SceneMaker { name: "overlapping", numbers: &["layers", "1: copies are reversed"], make: overlapping },
@@ -167,6 +172,25 @@ fn coincident(numbers: &[f64]) -> SceneDesc {
     } else {
         copy(&mut maker);
         original(&mut maker);
+    }
+    from_above(maker, 0.0, [0.1, 0.4, 0.05], 1e-3)
+}
+
+/// A lamp of which a wall in the same plane covers a part, or is covered by it, whichever comes first in the file.
+fn covered(numbers: &[f64]) -> SceneDesc {
+    let mut maker = Maker::default();
+    let (floor, lamp, wall) = (maker.diffuse(0.5, 0.0), maker.diffuse(0.0, 1.0), maker.diffuse(0.7, 0.0));
+    maker.ground(2.0, floor);
+    let level = |maker: &mut Maker, [x0, x1]: [f32; 2], half: f32, material: u32| {
+        maker.quad([[x0, 1.3, -half], [x1, 1.3, -half], [x1, 1.3, half], [x0, 1.3, half]], material)
+    };
+    let (wall_first, seen) = (numbers[0] != 0.0, numbers[1] != 0.0);
+    if wall_first && !seen {
+        level(&mut maker, [-0.7, 0.2], 0.9, wall);
+    }
+    level(&mut maker, if wall_first && seen { [0.2, 0.5] } else { [-0.3, 0.5] }, 0.4, lamp);
+    if !wall_first && !seen {
+        level(&mut maker, [-0.7, 0.2], 0.9, wall);
     }
     from_above(maker, 0.0, [0.1, 0.4, 0.05], 1e-3)
 }

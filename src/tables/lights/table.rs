@@ -169,14 +169,13 @@ impl<'a> LightTable<'a> {
         let tree = if lights == Lights::Tree { scene.light_tree(powers) } else { None };
         let to_emitters = 1.0 - environment_probability as f64;
         let stated = if planted(Fault::LopsidedChoice) { 0.9 * to_emitters } else { to_emitters };
-        let epsilon = if planted(Fault::AbsoluteEpsilon) { 1e-4 } else { 0.0 };
         let records = scene.emitters.iter().map(|emitter| {
             let triangle = &scene.triangles[emitter.triangle as usize];
             LightRecord {
                 vertices: triangle.vertices,
                 normal: triangle.normal,
                 radiance: emitter.radiance.map(|c| if planted(Fault::InfiniteRadiance) { f32::INFINITY } else { c }),
-                signed_pdf_area: (1.0 / (emitter.area + epsilon)) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
+                signed_pdf_area: (1.0 / emitter.area) as f32 * if emitter.two_sided { -1.0 } else { 1.0 },
             }
         });
         let selection = match (count, lights, tree) {
