@@ -31,8 +31,8 @@ const HUGE_RATIO: f32 = 512.0;
 /// It is precise as well if a lamp so many times smaller lies on it: rays would start up to 1e-4 of a tenth of the lamp too
 /// high ..
 const PRECISE_LAMP_RATIO: f32 = 512.0;
-/// .. or any object so many times smaller: 1e-3 of it too high. So is what meets a sliver so many times narrower: rays would
-/// start beyond the far side of a thin box.
+/// .. or any object so many times smaller: 1e-3 of it too high. So is what shares an edge with a sliver so many times
+/// narrower: rays would start beyond the far side of a thin box.
 const PRECISE_RATIO: f32 = 4096.0;
 /// What lies within this part of its longest edge from its box lies on a triangle.
 const ON_IT: f32 = 1.0 / 64.0;
@@ -58,24 +58,20 @@ pub(super) fn classify(
     let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
     let mut classes = Vec::new();
     ids.iter().filter(|&&id| aspect(vertices(id)) > SLIVER_ASPECT).for_each(|&id| mark(&mut classes, id, PRECISE));
+    if !classes.is_empty() {
+        classes.resize(triangles.len(), 0);
+        mark_thin_boxes(&mut classes, ids, &vertices);
+    }
     let longest: Vec<f32> = ids.iter().map(|&id| longest_edge(vertices(id))).collect();
     let (least, most) = longest.iter().fold((f32::INFINITY, 0.0f32), |(a, b), &size| (a.min(size), b.max(size)));
-    if most > HUGE_RATIO * least || !classes.is_empty() {
+    if most > HUGE_RATIO * least {
         let objects = object_sizes(ids, positions, triangles);
         let of_lamp = |(&id, &size): (&u32, &f32)| if emits(id) { size } else { f32::INFINITY };
         let lamps: Vec<f32> = ids.iter().zip(&objects).map(of_lamp).collect();
-        let width = |(&id, &size): (&u32, &f32)| match class_of(&classes, id) & PRECISE != 0 {
-            true => size / aspect(vertices(id)) as f32,
-            false => f32::INFINITY,
-        };
-        let slivers: Vec<f32> = ids.iter().zip(&longest).map(width).collect();
-        let [objects, lamps, slivers] = [objects, lamps, slivers].map(|sizes| smallest_below(tree, &sizes));
+        let [objects, lamps] = [objects, lamps].map(|sizes| smallest_below(tree, &sizes));
         for (&id, &size) in ids.iter().zip(&longest) {
             let place = bounds(vertices(id), size * ON_IT);
             let carries = |smallest: &[f32], ratio: f32| lies_on(tree, smallest, place, size / ratio);
-            if carries(&slivers, PRECISE_RATIO) {
-                mark(&mut classes, id, PRECISE);
-            }
             if carries(&objects, HUGE_RATIO) {
                 let precise = carries(&objects, PRECISE_RATIO) || carries(&lamps, PRECISE_LAMP_RATIO);
                 mark(&mut classes, id, if precise { PRECISE | HUGE } else { HUGE });
@@ -248,6 +244,28 @@ fn edge_of(vertices: [[f32; 3]; 3], opposite: usize) -> Edge {
 /// The bits of a corner; both zeros are one place.
 fn place(corner: [f32; 3]) -> [u32; 3] {
     corner.map(|x| (x + 0.0).to_bits())
+}
+
+/// Finds the triangles that share an edge with a sliver far narrower than they are long. At this time all precise triangles are
+/// slivers.
+fn mark_thin_boxes(classes: &mut [u8], ids: &[u32], vertices: &impl Fn(u32) -> [[f32; 3]; 3]) {
+    let mut narrowest: HashMap<Edge, f64> = HashMap::new();
+    let (slivers, others): (Vec<u32>, Vec<u32>) = ids.iter().partition(|&&id| classes[id as usize] & PRECISE != 0);
+    for id in slivers {
+        let v = vertices(id);
+        let width = f64::from(longest_edge(v)) / aspect(v);
+        for opposite in 0..3 {
+            let least = narrowest.entry(edge_of(v, opposite)).or_insert(width);
+            *least = least.min(width);
+        }
+    }
+    for id in others {
+        let v = vertices(id);
+        let width = (0..3).filter_map(|opposite| narrowest.get(&edge_of(v, opposite)));
+        if width.fold(f64::INFINITY, |a, &b| a.min(b)) * f64::from(PRECISE_RATIO) < f64::from(longest_edge(v)) {
+            classes[id as usize] |= PRECISE;
+        }
+    }
 }
 
 /// Finds the edges that precise triangles share with common ones.
