@@ -63,6 +63,11 @@ const RAYS: u64 = 2_000_000;
 
 /// Paths that leave closed meshes of white walls, of so many bounces.
 fn leaks(effort: &Effort, rays: u64, meshes: &[(&str, &[f64])], what: &str) -> Result<Outcome> {
+    leaks_at_most(0.0, effort, rays, meshes, what)
+}
+
+/// [`leaks`], of which a part of `share` may leave.
+fn leaks_at_most(share: f64, effort: &Effort, rays: u64, meshes: &[(&str, &[f64])], what: &str) -> Result<Outcome> {
     const DEPTH: u32 = 250;
     let (mut left, mut bounces, mut notes, mut trace) = (0.0, 0, Vec::new(), None);
     for &(name, numbers) in meshes {
@@ -83,7 +88,7 @@ fn leaks(effort: &Effort, rays: u64, meshes: &[(&str, &[f64])], what: &str) -> R
         left += lost + render.stats.nonfinite as f64;
         bounces += render.stats.rays.bounce;
     }
-    Ok(Outcome::at_most(left, 0.0)
+    Ok(Outcome::at_most(left, (share * bounces as f64).floor())
         .tried(bounces, format!("rays in {what}, paths that leave"))
         .note(notes.join(", "))
         .trace(trace))
@@ -155,7 +160,8 @@ fn leaks_at_a_vertex_of_1e4(effort: &Effort) -> Result<Outcome> {
 fn leaks_where_walls_cross_a_huge_ground(effort: &Effort) -> Result<Outcome> {
     let grounds = [[1e1], [1e3], [1e5], [1e6]];
     let meshes: Vec<(&str, &[f64])> = grounds.iter().map(|half| ("room_on_ground", &half[..])).collect();
-    leaks(effort, RAYS, &meshes, "a room whose walls cross a ground of 1e1 to 1e6")
+    // Wall and ground share no edge: whoever hits the line where they cross to the last bit may stand on either side.
+    leaks_at_most(1e-7, effort, RAYS, &meshes, "a room whose walls cross a ground of 1e1 to 1e6")
 }
 
 /// Rays at vertices and edges, by every walk.

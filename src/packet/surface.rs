@@ -233,8 +233,17 @@ fn on_triangle(vertices: [[f32; 3]; 3], normal: [f32; 3], p: [f32; 3]) -> ([f32;
     let n = (v[1] - v[0]).cross(v[2] - v[0]);
     let p = DVec3::from(p.map(f64::from));
     let mut p = p - n * (n.dot(p - v[0]) / n.dot(n));
-    for i in 0..3 {
-        let (from, edge) = (v[(i + 1) % 3], v[(i + 2) % 3] - v[(i + 1) % 3]);
+    let edges = [v[2] - v[1], v[0] - v[2], v[1] - v[0]];
+    let [a, b, c] = edges.map(|edge| edge.dot(edge));
+    let longest = if a >= b && a >= c {
+        0
+    } else if b >= c {
+        1
+    } else {
+        2
+    };
+    for i in [longest, (longest + 1) % 3, (longest + 2) % 3] {
+        let (from, edge) = (v[(i + 1) % 3], edges[i]);
         let inward = n.cross(edge);
         let length = inward.dot(inward).sqrt();
         let inward = inward * (1.0 / length);

@@ -112,7 +112,15 @@ pub fn nearest_on_triangle(vertices: [[f32; 3]; 3], p: Vec3) -> Vec3 {
     let n = (v[1] - v[0]).cross(v[2] - v[0]);
     let p = wide(p);
     let mut p = p - n * (n.dot(p - v[0]) / n.dot(n));
-    for i in 0..3 {
+    // The longest edge first: it is where a quad was cut in two, and in a sharp tip the last one wins.
+    let squared = |i: usize| (v[(i + 2) % 3] - v[(i + 1) % 3]).length_squared();
+    let mut first = 0;
+    for i in 1..3 {
+        if squared(i) > squared(first) {
+            first = i;
+        }
+    }
+    for i in (first..first + 3).map(|i| i % 3) {
         let (from, to) = (v[(i + 1) % 3], v[(i + 2) % 3]);
         let edge = to - from;
         let across = n.cross(edge);
