@@ -3,7 +3,7 @@
 //! A shadow ray is free if nothing lies before its target in the order of closest hits. So where its target lies is asked with
 //! the test that every walk uses, not taken to be where the ray was sent: on slivers and along planes the two differ.
 
-use crate::bvh::precise::{PRECISE, PreciseRay, SHARED_EDGES};
+use crate::bvh::precise::{PRECISE, PreciseRay};
 use crate::bvh::triangle::{dominant_axis8, edges, sheared};
 use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
 
@@ -36,7 +36,7 @@ pub fn aim(
 }
 
 /// The lanes whose triangles are tested in f64.
-fn precise_lanes(classes: [u8; LANES]) -> Mask8 {
+pub fn precise_lanes(classes: [u8; LANES]) -> Mask8 {
     let bit = |lane: usize| ((classes[lane] & PRECISE != 0) as u8) << lane;
     Mask8::from_bits((0..LANES).fold(0, |bits, lane| bits | bit(lane)))
 }
@@ -56,12 +56,14 @@ fn precisely(
     let (mut bits, mut ts) = (found.0.bits() & !coarse.bits(), found.1.to_array());
     for lane in (0..LANES).filter(|lane| coarse.bits() >> lane & 1 == 1) {
         let at = |column: [[f32; LANES]; 3]| column.map(|axis| axis[lane]);
-        let class = if classes[lane] & PRECISE != 0 { classes[lane] } else { SHARED_EDGES };
-        if let Some(hit) = PreciseRay::new(at(origin), at(direction)).hit(vertices.map(at), class)
-            && hit.t > 0.0
-        {
+        let (ray, corners) = (PreciseRay::new(at(origin), at(direction)), vertices.map(at));
+        let t = match classes[lane] & PRECISE != 0 {
+            true => ray.hit(corners, classes[lane]).map(|hit| hit.t),
+            false => ray.edge_on(corners, ts[lane], 0.0),
+        };
+        if let Some(t) = t.filter(|&t| t > 0.0) {
             bits |= 1 << lane;
-            ts[lane] = hit.t;
+            ts[lane] = t;
         }
     }
     (Mask8::from_bits(bits), F32x8::from_array(ts))

@@ -4,7 +4,7 @@
 //! equal `t`. Tree shape, visiting order, packet width and the kind of walk never change a bit of it. Boxes are tested
 //! conservatively, triangles watertightly. Nothing here knows of materials or radiance.
 
-mod aim;
+pub mod aim;
 mod boxes;
 mod build;
 mod collapse;
@@ -22,7 +22,6 @@ mod walk_packet;
 mod walk_single;
 mod walk_stream;
 
-pub use aim::aim;
 pub use build::{BuildOptions, Bvh};
 pub use query::{RayKind, Scratch, Segments, Walk};
 pub use ray::{HitPacket, HitQueue, RayPacket, RayQueue, WalkCounters};

@@ -3,8 +3,8 @@
 //! The common test ([`crate::bvh::triangle`]) sees a triangle as if its corners had moved by a few half-ulps of their
 //! distances from the ray's origin. That is nothing to most triangles. It is much to the width of a sliver, and to whatever
 //! stands on a triangle a thousand times its size. These two kinds are *precise*: whether and where a ray hits them is
-//! worked out in f64. So is, for any triangle, a hit seen so nearly edge-on that rounding could carry it off the triangle; and
-//! what covers a lamp or is covered by it in one plane: which of the two a ray meets first is then not a matter of rounding,
+//! worked out in f64. So is, for any triangle, whether it is hit at all by a ray that sees it so nearly edge-on that rounding
+//! could carry the hit off it; and what covers a lamp or is covered by it in one plane: which of the two a ray meets first is then not a matter of rounding,
 //! and the same to rays that find the lamp by chance and to those that aim at it.
 //!
 //! What both tests say of an edge must leave no gap where a precise triangle meets a common one. There, and only there, the
@@ -36,6 +36,11 @@ const PRECISE_LAMP_RATIO: f32 = 512.0;
 const PRECISE_RATIO: f32 = 4096.0;
 /// What lies within this part of its longest edge from its box lies on a triangle.
 const ON_IT: f32 = 1.0 / 64.0;
+/// What is nearer to a lamp than this part of the scene's extent may lie between it and the ends of shadow rays to common
+/// lamps, which leave out 2^-17 of the way ([`crate::tables::lights::targets`]).
+const AT_A_LAMP: f32 = 1.0 / (1 << 16) as f32;
+/// Unless it rises over the lamp's plane by more than so many times that: then it is so close to no more than 1e-3 of it.
+const STEEP: f64 = 1024.0;
 /// Parts of the coordinates by which what lies in one plane may lie off it: 8 half-ulps.
 const SAME_PLANE: f32 = 1.0 / (1 << 21) as f32;
 /// Half-ulps of the corners' sheared coordinates, before they cancel, by which the common test may move an edge: 4. The worst of
@@ -78,12 +83,12 @@ pub(super) fn classify(
             }
         }
     }
+    let extent = tree.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());
     for &id in ids.iter().filter(|&&id| emits(id)) {
-        let reach = vertices(id).iter().flatten().fold(0.0, |most: f32, x| most.max(x.abs()));
-        let place = bounds(vertices(id), reach * SAME_PLANE);
+        let place = bounds(vertices(id), extent * AT_A_LAMP);
         for_each_in(tree, place, |other| {
             let known = [id, other].iter().all(|&id| class_of(&classes, id) & PRECISE != 0);
-            if other != id && !known && covers(vertices(id), vertices(other)) {
+            if other != id && !known && covers(vertices(id), vertices(other), extent) {
                 mark(&mut classes, id, PRECISE);
                 mark(&mut classes, other, PRECISE);
             }
@@ -110,13 +115,23 @@ fn mark(classes: &mut Vec<u8>, triangle: u32, class: u8) {
     classes[index] |= class;
 }
 
-/// Whether two triangles lie in one plane and share more of it than an edge.
-fn covers(a: [[f32; 3]; 3], b: [[f32; 3]; 3]) -> bool {
+/// Whether two triangles, one of them a lamp, lie in one plane and share more of it than an edge; or, without a common corner,
+/// so close that shadow rays to common lamps would end between them. `extent`: of the scene.
+fn covers(a: [[f32; 3]; 3], b: [[f32; 3]; 3], extent: f32) -> bool {
+    let meet = a.iter().any(|&corner| b.iter().any(|&other| place(corner) == place(other)));
     let (large, small) = if longest_edge(a) >= longest_edge(b) { (a, b) } else { (b, a) };
     let [large, small] = [large, small].map(|triangle| triangle.map(|v| DVec3::from(v.map(f64::from))));
     let normal = (large[1] - large[0]).cross(large[2] - large[0]).normalize();
     let size = large.into_iter().chain(small).map(|v| v.abs().max_element()).fold(0.0, f64::max);
-    if small.iter().any(|&corner| normal.dot(corner - large[0]).abs() > f64::from(SAME_PLANE) * size) {
+    let heights = small.map(|corner| normal.dot(corner - large[0]));
+    let (low, high) = (heights[0].min(heights[1]).min(heights[2]), heights[0].max(heights[1]).max(heights[2]));
+    let near = f64::from(AT_A_LAMP * extent);
+    let close = match meet {
+        true => low.abs().max(high.abs()) <= f64::from(SAME_PLANE) * size,
+        // What crosses the lamp steeply is so close to next to nothing of it.
+        false => low.max(-high) <= near && high - low <= STEEP * near,
+    };
+    if !close {
         return false;
     }
     // Convex figures that share area overlap seen along every edge (Gottschalk, Lin and Manocha 1996, in the plane).
@@ -164,7 +179,8 @@ fn object_sizes(ids: &[u32], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> 
     ids.iter().map(|&id| size(boxes[&root(&mut parent, triangles[id as usize][0])])).collect()
 }
 
-fn longest_edge([a, b, c]: [[f32; 3]; 3]) -> f32 {
+/// Scene units.
+pub fn longest_edge([a, b, c]: [[f32; 3]; 3]) -> f32 {
     let edge = |p: [f32; 3], q: [f32; 3]| DVec3::from(p.map(f64::from)).distance(DVec3::from(q.map(f64::from)));
     edge(a, b).max(edge(b, c)).max(edge(c, a)) as f32
 }
@@ -380,6 +396,17 @@ impl PreciseRay {
             t
         }) as f32;
         t.is_finite().then_some(PreciseHit { t, u: (v / det) as f32, v: (w / det) as f32 })
+    }
+
+    /// The `t` of a hit that the common test has at `t`, on a triangle that the ray, which begins at `tmin`, sees edge-on: there
+    /// is none before `tmin` or if the ray passes the triangle by, and it does not lie before the ray enters the triangle's box.
+    pub(super) fn edge_on(&self, vertices: [[f32; 3]; 3], t: f32, tmin: f32) -> Option<f32> {
+        if t <= tmin {
+            return None;
+        }
+        self.hit(vertices, SHARED_EDGES)?;
+        let (first, _) = self.within_box(vertices.map(|v| DVec3::from(v.map(f64::from))))?;
+        Some(if t < first as f32 { first as f32 } else { t })
     }
 
     /// The part of the ray, forwards and backwards, that is in the box of `corners`, widened.

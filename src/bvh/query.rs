@@ -1,7 +1,7 @@
 //! Questions to the tree: by packet, by queue, by stream; which walk answers them.
 
 use crate::bvh::build::Bvh;
-use crate::bvh::ray::{HitPacket, HitQueue, RayPacket, RayQueue, WalkCounters};
+use crate::bvh::ray::{ANY_ID, HitPacket, HitQueue, RayPacket, RayQueue, WalkCounters};
 use crate::bvh::walk_flat;
 use crate::bvh::walk_packet;
 use crate::bvh::walk_packet::PacketStack;
@@ -61,9 +61,6 @@ pub struct Segments<'a> {
     rays: &'a RayQueue,
     before: Option<&'a [u32]>,
 }
-
-/// Above all ids, also as a signed number.
-const ANY_ID: u32 = i32::MAX as u32;
 
 impl<'a> From<&'a RayQueue> for Segments<'a> {
     /// Whatever is hit up to `tmax`, that included, blocks.
@@ -330,6 +327,8 @@ impl Bvh {
             return;
         }
         let corners = &mut *scratch.corners;
+        // Rays that aim at something are for scenes with precise triangles, which no list has.
+        let flat = self.flat().filter(|_| walk == Walk::Flat && segments.before.is_none());
         for first in range.clone().step_by(LANES) {
             let lanes = (range.end - first).min(LANES);
             blocked[first / LANES] = match walk {
@@ -341,16 +340,15 @@ impl Bvh {
                     };
                     (0..lanes).map(is_blocked).enumerate().fold(0, |bits, (lane, bit)| bits | bit << lane)
                 }
-                Walk::Flat if self.flat().is_some() => {
-                    let flat = self.flat().expect("just seen");
-                    let (packet, active) = (rays.packet(first), Mask8::first(lanes));
-                    let aimed = (&packet, segments.before8(first));
-                    walk_flat::any(flat, self.extent(), aimed, active, corners, counters).bits()
-                }
                 Walk::Packet | Walk::Stream | Walk::Flat => {
                     let (packet, active) = (rays.packet(first), Mask8::first(lanes));
-                    let (before, stack) = (segments.before8(first), &mut scratch.packet);
-                    walk_packet::any(self.walk_tables(), &packet, before, active, stack, counters).bits()
+                    match flat {
+                        Some(flat) => walk_flat::any(flat, self.extent(), &packet, active, corners, counters).bits(),
+                        None => {
+                            let (before, stack) = (segments.before8(first), &mut scratch.packet);
+                            walk_packet::any(self.walk_tables(), &packet, before, active, stack, counters).bits()
+                        }
+                    }
                 }
             };
         }

@@ -5,6 +5,8 @@ use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
 /// The triangle id of a ray that hits nothing.
 pub const NO_HIT: u32 = u32::MAX;
+/// Above all ids of triangles, also as a signed number.
+pub const ANY_ID: u32 = i32::MAX as u32;
 
 /// What walks count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -15,7 +15,7 @@
 //! T = (U * Az + V * Bz) + W * Cz
 //! t = T / det, u = V / det, v = W / det
 //! hit: (U, V, W all >= 0, or all <= 0) and (det < 0 or det > 0) and t > tmin and t <= tmax,
-//!      decided in f64 where |det| < 2^-6 m m, m the largest of |Ax|, |Ay|, |Bx|, |By|, |Cx|, |Cy|
+//!      and where |det| < 2^-6 m m, m the largest of |Ax|, |Ay|, |Bx|, |By|, |Cx|, |Cy|, if f64 says so, too
 //! ```
 //!
 //! Every comparison is false for NaN. An edge function of 0 counts as inside: neighbours compute it from the same numbers,
@@ -193,7 +193,7 @@ pub(super) struct Best {
     pub(super) triangle: U32x8,
     v: F32x8,
     w: F32x8,
-    det: F32x8,
+    pub(super) det: F32x8,
 }
 
 impl Best {
@@ -230,6 +230,23 @@ impl Best {
         self.v = take.select(edges.v, self.v);
         self.w = take.select(edges.w, self.w);
         self.det = take.select(edges.det, self.det);
+    }
+
+    /// As [`Best::update`] leaves it for the rays of `lanes`, which see the triangle edge-on.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn updated_edge_on(
+        mut self,
+        rays: &RayPacket,
+        vertices: [[f32; 3]; 3],
+        (edges, id): (&Edges, u32),
+        lanes: Mask8,
+    ) -> Self {
+        let edge_on = edge_on_t(rays, vertices, edges, lanes);
+        let t = edge_on.1;
+        let closer = t.lt(self.t) | (t.eq(self.t) & U32x8::splat(id).lt(self.triangle));
+        self.take(edge_on.0 & t.gt(rays.tmin) & closer, t, U32x8::splat(id), edges);
+        self
     }
 
     /// As [`Best::update`] leaves it for the rays of `lanes`, decided in f64. By value, so that the hits of a walk that never
@@ -280,6 +297,35 @@ pub(super) fn blocked_precisely(
         blocked |= ((hit.t > tmin[lane] && ends) as u8) << lane;
     });
     Mask8::from_bits(blocked)
+}
+
+/// Which rays of `lanes` hit a triangle that they see edge-on, and where.
+fn edge_on_t(rays: &RayPacket, vertices: [[f32; 3]; 3], edges: &Edges, lanes: Mask8) -> (Mask8, F32x8) {
+    let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
+    let (origin, direction) = (columns(rays.origin), columns(rays.direction));
+    let (mut hit, mut t, tmin) = (0, (edges.t_scaled / edges.det).to_array(), rays.tmin.to_array());
+    for (lane, t) in t.iter_mut().enumerate().filter(|(lane, _)| lanes.bits() >> lane & 1 == 1) {
+        let ray = PreciseRay::new(origin.map(|axis| axis[lane]), direction.map(|axis| axis[lane]));
+        if let Some(at) = ray.edge_on(vertices, *t, tmin[lane]) {
+            (hit, *t) = (hit | 1 << lane, at);
+        }
+    }
+    (Mask8::from_bits(hit), F32x8::from_array(t))
+}
+
+/// Which rays of `lanes` are blocked, before `tmax`, or at `tmax` itself if its id is below that of `before`, by a triangle that
+/// they see edge-on.
+#[cold]
+#[inline(never)]
+pub(super) fn blocked_edge_on(
+    rays: &RayPacket,
+    before: U32x8,
+    vertices: [[f32; 3]; 3],
+    (edges, id): (&Edges, u32),
+    lanes: Mask8,
+) -> Mask8 {
+    let (hit, t) = edge_on_t(rays, vertices, edges, lanes);
+    hit & t.gt(rays.tmin) & (t.lt(rays.tmax) | (t.eq(rays.tmax) & U32x8::splat(id).lt_signed(before)))
 }
 
 /// Tells of the hits in f64 that the rays of `lanes` have on a triangle, at any `t`.

@@ -9,9 +9,9 @@
 //! - whether a triangle is hit is not asked by a branch, which would be mispredicted half the time (17 to 25 %).
 
 use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
-use crate::bvh::precise::SHARED_EDGES;
-use crate::bvh::ray::{HitPacket, RayPacket, WalkCounters};
-use crate::bvh::triangle::{Best, EDGE_ON, Edges, blocked_precisely, dominant_axis8, edges, sheared};
+use crate::bvh::precise::PreciseRay;
+use crate::bvh::ray::{ANY_ID, HitPacket, NO_HIT, RayPacket, WalkCounters};
+use crate::bvh::triangle::{Best, EDGE_ON, blocked_edge_on, dominant_axis8, edges, sheared};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// The most corners in a leaf.
@@ -47,6 +47,8 @@ struct Leaf {
     bounds: [f32; LANES],
     corners: std::ops::Range<u32>,
     triangles: std::ops::Range<u32>,
+    /// The largest of its triangles' least determinants.
+    least_det: f32,
 }
 
 /// A triangle: which corners of its leaf it has.
@@ -54,8 +56,6 @@ struct Leaf {
 struct Triangle {
     id: u32,
     corners: [u8; 3],
-    /// Where `det` is not below this no ray that hits the triangle sees it edge-on.
-    edge_on: f32,
 }
 
 /// The triangles of a small scene, in leaves.
@@ -65,6 +65,10 @@ pub(super) struct Flat {
     /// x, y, z in the first three lanes.
     corners: Vec<[f32; LANES]>,
     triangles: Vec<Triangle>,
+    /// By id: where |det| is not below it, for a ray from within the scene's extent, no ray that hits the triangle sees it edge-on.
+    least_det: Vec<f32>,
+    /// One over the scene's extent.
+    inverse_extent: f32,
 }
 
 type Vertices = [[f32; 3]; 3];
@@ -100,7 +104,7 @@ impl Group {
             self.corners.truncate(before);
             return false;
         }
-        self.triangles.push(Triangle { id, corners: corners.map(|corner| corner as u8), edge_on: 0.0 });
+        self.triangles.push(Triangle { id, corners: corners.map(|corner| corner as u8) });
         true
     }
 
@@ -112,18 +116,19 @@ impl Group {
         })
     }
 
-    /// Finds out for its triangles what `det` is too small, in a scene that reaches to `extent`.
+    /// Ids, and [`Flat::least_det`] of them, in a scene that reaches to `extent`.
     ///
     /// A ray inside has sheared corners no farther off than twice the triangle's size, so the test of the triangle itself,
     /// which looks at the corners, is asked only below the square of that. What may look inside far beside a small triangle,
-    /// by rounding alone, has a `det` of at most 16 half-ulps of the scene times the size of the leaf.
-    fn set_edge_on(&mut self, extent: f32) {
+    /// by rounding alone, has a `det` of at most 16 half-ulps of the scene, and of how far off the ray starts, times the size of
+    /// the leaf.
+    fn least_det(&self, extent: f32) -> impl Iterator<Item = (u32, f32)> {
         let size = self.bounds().map(|[min, max]| max - min).into_iter().fold(0.0, f32::max);
-        let noise = extent * size * (1.0 / (1 << 17) as f32);
-        for triangle in &mut self.triangles {
+        let noise = 2.0 * extent * size * (1.0 / (1 << 17) as f32);
+        self.triangles.iter().map(move |triangle| {
             let size = size_of_triangle(triangle.corners.map(|corner| self.corners[corner as usize]));
-            triangle.edge_on = (size * size * (4.1 * EDGE_ON)).max(noise);
-        }
+            (triangle.id, (size * size * (4.1 * EDGE_ON)).max(noise))
+        })
     }
 
     /// What eight unrelated rays spend on it in a scene of half surface `scene`.
@@ -164,7 +169,9 @@ impl Flat {
         if best[0].0 > MOST_COST {
             return None;
         }
-        let mut flat = Self::default();
+        let ids = triangles.iter().map(|triangle| triangle.0 as usize + 1).max().unwrap_or(1);
+        let inverse_extent = 1.0 / extent.max(f32::MIN_POSITIVE);
+        let mut flat = Self { least_det: vec![0.0; ids], inverse_extent, ..Self::default() };
         let mut first = 0;
         while first < triangles.len() {
             let mut group = Group::default();
@@ -172,7 +179,11 @@ impl Flat {
                 group.add(id, vertices);
             }
             first = best[first].1;
-            group.set_edge_on(extent);
+            let mut most: f32 = 0.0;
+            for (id, least_det) in group.least_det(extent) {
+                flat.least_det[id as usize] = least_det;
+                most = most.max(least_det);
+            }
             let [[x0, x1], [y0, y1], [z0, z1]] = group.bounds();
             let (corners, triangles) = (flat.corners.len() as u32, flat.triangles.len() as u32);
             flat.corners.extend(group.corners.iter().map(|&[x, y, z]| [x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]));
@@ -181,6 +192,7 @@ impl Flat {
                 bounds: [x0, x1, y0, y1, z0, z1, 0.0, 0.0],
                 corners: corners..flat.corners.len() as u32,
                 triangles: triangles..flat.triangles.len() as u32,
+                least_det: most,
             });
         }
         Some(flat)
@@ -188,7 +200,24 @@ impl Flat {
 
     /// Bytes of the list.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&self.leaves[..]) + size_of_val(&self.corners[..]) + size_of_val(&self.triangles[..])
+        size_of_val(&self.leaves[..])
+            + size_of_val(&self.corners[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.least_det[..])
+    }
+
+    /// By what the least determinants grow for rays from afar.
+    #[inline(always)]
+    fn growth(&self, rays: &RayPacket) -> F32x8 {
+        F32x8::ONE.max(rays.origin.abs().max_element() * F32x8::splat(self.inverse_extent))
+    }
+
+    /// The corners of triangle `id`, scene units.
+    fn vertices(&self, id: u32) -> Option<Vertices> {
+        self.leaves.iter().find_map(|leaf| {
+            let triangle = leaf.triangles(self).iter().find(|triangle| triangle.id == id)?;
+            Some(triangle.vertices(self, leaf))
+        })
     }
 }
 
@@ -261,12 +290,6 @@ impl Leaf {
 }
 
 impl Triangle {
-    /// Whether a ray of `live` hits the triangle and may see it edge-on: hardly ever one.
-    #[inline(always)]
-    fn may_be_edge_on(&self, edges: &Edges, live: Mask8) -> bool {
-        (edges.inside & live & edges.det.abs().lt(F32x8::splat(self.edge_on))).any()
-    }
-
     /// Its corners, scene units.
     fn vertices(&self, flat: &Flat, leaf: &Leaf) -> Vertices {
         self.corners.map(|corner| {
@@ -284,38 +307,21 @@ impl Triangle {
     }
 }
 
-/// The hits of `live` rays after a triangle that some may see edge-on. (All is worked out anew: what is kept for the sake of a
-/// path hardly ever taken would cost the other one its registers.)
+/// Which `live` rays are blocked by a leaf whose triangles some may see edge-on.
 #[cold]
 #[inline(never)]
-fn updated_carefully(
-    mut best: Best,
-    triangle: &Triangle,
-    vertices: Vertices,
-    corners: &Corners,
-    packet: &RayPacket,
-    live: Mask8,
-) -> Best {
-    let edges = edges(triangle.corners(corners));
-    let edge_on = edges.inside & live & edges.edge_on();
-    best.update_descending(&edges, triangle.id, live.and_not(edge_on), packet.tmin);
-    best.updated_precisely(packet, vertices, (triangle.id, SHARED_EDGES), edge_on)
-}
-
-/// Which `live` rays are blocked by a triangle that some may see edge-on.
-#[cold]
-#[inline(never)]
-fn blocked_carefully(
-    triangle: &Triangle,
-    vertices: Vertices,
-    corners: &Corners,
-    (packet, before): (&RayPacket, U32x8),
-    live: Mask8,
-) -> Mask8 {
-    let edges = edges(triangle.corners(corners));
-    let edge_on = edges.inside & live & edges.edge_on();
-    let blocked = edges.blocked(packet, before, triangle.id) & live.and_not(edge_on);
-    blocked | blocked_precisely(packet, before, vertices, (triangle.id, SHARED_EDGES), edge_on)
+fn blocked_carefully(flat: &Flat, leaf: &Leaf, corners: &Corners, packet: &RayPacket, live: Mask8) -> Mask8 {
+    let (mut blocked, anything) = (Mask8::NONE, U32x8::splat(ANY_ID));
+    for triangle in leaf.triangles(flat) {
+        let edges = edges(triangle.corners(corners));
+        let edge_on = edges.inside & live & edges.edge_on();
+        blocked = blocked | (edges.blocked(packet, anything, triangle.id) & live.and_not(edge_on));
+        if edge_on.any() {
+            let vertices = triangle.vertices(flat, leaf);
+            blocked = blocked | blocked_edge_on(packet, anything, vertices, (&edges, triangle.id), edge_on);
+        }
+    }
+    blocked
 }
 
 /// Closest hits of eight rays.
@@ -344,24 +350,64 @@ pub(super) fn closest(
             rays.shear_corners(flat, leaf, corners);
             for triangle in leaf.triangles(flat) {
                 let edges = edges(triangle.corners(corners));
-                if triangle.may_be_edge_on(&edges, live) {
-                    best = updated_carefully(best, triangle, triangle.vertices(flat, leaf), corners, &packet, live);
-                } else {
-                    best.update_descending(&edges, triangle.id, live, rays.tmin);
-                }
+                best.update_descending(&edges, triangle.id, live, rays.tmin);
             }
         }
+    }
+    // Whether a hit is seen edge-on is asked of the closest alone: what f64 has to say only puts hits off, so others, which lie
+    // behind it, are behind it still.
+    let hit = active.and_not(best.triangle.eq(U32x8::splat(NO_HIT)));
+    let least_det = F32x8::gather(&flat.least_det, hit.select_u32(best.triangle, U32x8::ZERO));
+    let edge_on = hit & best.det.abs().lt(least_det * flat.growth(&packet));
+    if edge_on.any() && !stand(flat, &packet, &best, edge_on) {
+        best = closest_carefully(flat, &packet, &rays, active, corners);
     }
     best.t = active.select(best.t, given.tmax);
     best.hits()
 }
 
-/// Which of eight rays hit anything before `tmax`, or at `tmax` itself a triangle of an id below that of `before`.
+/// Whether the hits of all `lanes` are as they are if they are seen edge-on.
+#[cold]
+#[inline(never)]
+fn stand(flat: &Flat, packet: &RayPacket, best: &Best, lanes: Mask8) -> bool {
+    let (t, triangle, tmin) = (best.t.to_array(), best.triangle.to_array(), packet.tmin.to_array());
+    let [ox, oy, oz] = [packet.origin.x, packet.origin.y, packet.origin.z].map(F32x8::to_array);
+    let [dx, dy, dz] = [packet.direction.x, packet.direction.y, packet.direction.z].map(F32x8::to_array);
+    (0..LANES).filter(|lane| lanes.bits() >> lane & 1 == 1).all(|i| {
+        let ray = PreciseRay::new([ox[i], oy[i], oz[i]], [dx[i], dy[i], dz[i]]);
+        flat.vertices(triangle[i]).and_then(|vertices| ray.edge_on(vertices, t[i], tmin[i])) == Some(t[i])
+    })
+}
+
+/// [`closest`], every hit of which is looked at whether it is seen edge-on.
+#[cold]
+#[inline(never)]
+fn closest_carefully(flat: &Flat, packet: &RayPacket, rays: &Rays, active: Mask8, corners: &mut Corners) -> Best {
+    let mut best = Best::none(packet.tmax);
+    for leaf in &flat.leaves {
+        let live = rays.enter(leaf, best.t * F32x8::splat(WIDENING)) & active;
+        if live.any() {
+            rays.shear_corners(flat, leaf, corners);
+            for triangle in leaf.triangles(flat) {
+                let edges = edges(triangle.corners(corners));
+                let edge_on = edges.inside & live & edges.edge_on();
+                best.update_descending(&edges, triangle.id, live.and_not(edge_on), rays.tmin);
+                if edge_on.any() {
+                    let vertices = triangle.vertices(flat, leaf);
+                    best = best.updated_edge_on(packet, vertices, (&edges, triangle.id), edge_on);
+                }
+            }
+        }
+    }
+    best
+}
+
+/// Which of eight rays hit anything up to `tmax`.
 #[inline(always)]
 pub(super) fn any(
     flat: &Flat,
     extent: f32,
-    (given, before): (&RayPacket, U32x8),
+    given: &RayPacket,
     active: Mask8,
     corners: &mut Corners,
     counters: &mut WalkCounters,
@@ -373,7 +419,7 @@ pub(super) fn any(
     let packet = given.without_garbage(active);
     let rays = Rays::new(&packet, extent);
     let best_wide = packet.tmax * F32x8::splat(WIDENING);
-    let below_tmax = F32x8::from_array(packet.tmax.to_array().map(f32::next_down));
+    let growth = flat.growth(&packet);
     let mut open = active;
     for leaf in &flat.leaves {
         let live = rays.enter(leaf, best_wide) & open;
@@ -381,22 +427,20 @@ pub(super) fn any(
         counters.lanes_possible += LANES as u64;
         if live.any() {
             rays.shear_corners(flat, leaf, corners);
-            let mut blocked = Mask8::NONE;
+            let (mut blocked, mut edge_on) = (Mask8::NONE, Mask8::NONE);
+            let least_det = growth * F32x8::splat(leaf.least_det);
             for triangle in leaf.triangles(flat) {
                 let edges = edges(triangle.corners(corners));
-                // Of what ends a ray at its very end only lower ids count.
-                let lower = U32x8::splat(triangle.id).lt_signed(before);
-                if triangle.may_be_edge_on(&edges, live) {
-                    let vertices = triangle.vertices(flat, leaf);
-                    let found = blocked_carefully(triangle, vertices, corners, (&packet, before), live);
-                    blocked = blocked | found;
-                } else {
-                    let t = edges.t_scaled / edges.det;
-                    let end = lower.select(packet.tmax, below_tmax);
-                    blocked = blocked | (edges.inside & (t.gt(packet.tmin) & t.le(end)));
-                }
+                let t = edges.t_scaled / edges.det;
+                let hit = edges.inside & (t.gt(packet.tmin) & t.le(packet.tmax));
+                blocked = blocked | hit;
+                edge_on = edge_on | (hit & edges.det.abs().lt(least_det));
             }
-            open = open.and_not(blocked & live);
+            blocked = blocked & live;
+            if (blocked & edge_on).any() {
+                blocked = blocked_carefully(flat, leaf, corners, &packet, live);
+            }
+            open = open.and_not(blocked);
             if !open.any() {
                 break;
             }

@@ -2,9 +2,9 @@
 
 use crate::bvh::boxes::{EightRaysBoxes, Interval, WIDENING};
 use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf, triangles_in};
-use crate::bvh::precise::{PRECISE, SHARED_EDGES};
+use crate::bvh::precise::PRECISE;
 use crate::bvh::ray::{HitPacket, RayPacket, WalkCounters};
-use crate::bvh::triangle::{Best, EightRays, blocked_precisely, most_moved};
+use crate::bvh::triangle::{Best, EightRays, blocked_edge_on, blocked_precisely, most_moved};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Nodes and leaves still to be visited, with every lane's distance: NaN where its ray misses the box, so that it is below
@@ -185,7 +185,7 @@ fn updated_carefully(
     let (edges, id) = (triangles.edges(block, lane, kz), block.ids[lane]);
     let edge_on = edges.inside & own & edges.edge_on();
     best.update(&edges, id, own.and_not(edge_on), rays.tmin);
-    best.updated_precisely(rays, block.corners(lane), (id, SHARED_EDGES), edge_on)
+    best.updated_edge_on(rays, block.corners(lane), (&edges, id), edge_on)
 }
 
 /// Which rays of `own` are blocked by triangle `lane` of a block that some see edge-on.
@@ -201,7 +201,7 @@ fn blocked_carefully(
     let (edges, id) = (triangles.edges(block, lane, kz), block.ids[lane]);
     let edge_on = edges.inside & own & edges.edge_on();
     let blocked = edges.blocked(rays, before, id) & own.and_not(edge_on);
-    blocked | blocked_precisely(rays, before, block.corners(lane), (id, SHARED_EDGES), edge_on)
+    blocked | blocked_edge_on(rays, before, block.corners(lane), (&edges, id), edge_on)
 }
 
 /// Which of eight rays hit anything before `tmax`, or at `tmax` itself a triangle of an id below that of `before`.

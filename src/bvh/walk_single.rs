@@ -2,7 +2,7 @@
 
 use crate::bvh::boxes::{OneRayBoxes, WIDENING};
 use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf};
-use crate::bvh::precise::{PRECISE, PreciseHit, PreciseRay, SHARED_EDGES};
+use crate::bvh::precise::{PRECISE, PreciseHit, PreciseRay};
 use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::sort::sort_children;
 use crate::bvh::triangle::{Edges, OneRay, most_moved};
@@ -28,6 +28,8 @@ impl Stack {
 /// A ray and what it looks for.
 struct Search<'a> {
     ray: &'a Ray,
+    /// The ray as it came, where `ray` begins at a hit.
+    whole: &'a Ray,
     triangles: OneRay,
     tables: Tables<'a>,
     /// Hits count behind `ray.tmin`; with an id those at `tmin` itself do, too, if their id is higher than that.
@@ -46,7 +48,7 @@ impl Search<'_> {
             let coarse = coarse(&edges, self.tables, word, self.ray);
             common = common.and_not(coarse);
             if coarse.any() {
-                for_each_precise(self.ray, block, self.tables, coarse, |id, hit| {
+                for_each_precise(self.whole, block, &edges, self.tables, coarse, |id, hit| {
                     changed |= self.take(Hit { t: hit.t, triangle: id, u: hit.u, v: hit.v }, best);
                 });
             }
@@ -85,7 +87,7 @@ impl Search<'_> {
     }
 }
 
-/// The lanes of a block that are to be decided in f64: precise triangles that the ray may hit, others that it hits edge-on.
+/// The lanes of a block that f64 has a say in: precise triangles that the ray may hit, others that it hits edge-on.
 #[inline(always)]
 fn coarse(edges: &Edges, tables: Tables, word: u32, ray: &Ray) -> Mask8 {
     let edge_on = edges.inside & edges.edge_on();
@@ -97,11 +99,12 @@ fn coarse(edges: &Edges, tables: Tables, word: u32, ray: &Ray) -> Mask8 {
     (precise & near) | edge_on.and_not(precise)
 }
 
-/// Tells of the hits in f64 that a ray has on triangles `lanes` of a block, at any `t`.
+/// Tells of the hits that a ray has on triangles `lanes` of a block, precise ones and others that it sees edge-on, at any `t`.
 #[inline(never)]
 pub(super) fn for_each_precise(
     ray: &Ray,
     block: &LeafBlock,
+    edges: &Edges,
     tables: Tables,
     lanes: Mask8,
     mut take: impl FnMut(u32, PreciseHit),
@@ -113,9 +116,14 @@ pub(super) fn for_each_precise(
         bits &= bits - 1;
         let id = block.ids[lane];
         let class = tables.classes.get(id as usize).copied().unwrap_or(0);
-        // One of the common kind is here because it is seen edge-on.
-        let class = if class & PRECISE != 0 { class } else { SHARED_EDGES };
-        if let Some(hit) = precise.hit(block.corners(lane), class) {
+        let hit = if class & PRECISE != 0 {
+            precise.hit(block.corners(lane), class)
+        } else {
+            let [t_scaled, v, w, det] = [edges.t_scaled, edges.v, edges.w, edges.det].map(|x| x.to_array()[lane]);
+            let t = precise.edge_on(block.corners(lane), t_scaled / det, ray.tmin);
+            t.map(|t| PreciseHit { t, u: v / det, v: w / det })
+        };
+        if let Some(hit) = hit {
             take(id, hit);
         }
     }
@@ -124,23 +132,23 @@ pub(super) fn for_each_precise(
 /// The closest hit of `ray`.
 #[inline(always)]
 pub(super) fn closest(tables: Tables, ray: &Ray, stack: &mut Stack) -> Hit {
-    closest_of(tables, ray, None, stack)
+    closest_of(tables, (ray, ray), None, stack)
 }
 
 /// The first hit of `ray` behind `hit`, in the order of `t` and, on equal `t`, of ids.
 pub(super) fn closest_behind(tables: Tables, ray: &Ray, hit: Hit, stack: &mut Stack) -> Hit {
-    closest_of(tables, &Ray { tmin: hit.t, ..*ray }, Some(hit.triangle), stack)
+    closest_of(tables, (&Ray { tmin: hit.t, ..*ray }, ray), Some(hit.triangle), stack)
 }
 
-/// [`closest`], also at `ray.tmin` itself among the ids above `behind`.
+/// [`closest`], also at `ray.tmin` itself among the ids above `behind`; `whole` is the ray as it came.
 #[inline(always)]
-fn closest_of(tables: Tables, ray: &Ray, behind: Option<u32>, stack: &mut Stack) -> Hit {
+fn closest_of(tables: Tables, (ray, whole): (&Ray, &Ray), behind: Option<u32>, stack: &mut Stack) -> Hit {
     let mut best = Hit::none(ray.tmax);
     if !ray.is_finite() {
         return best;
     }
     let boxes = OneRayBoxes::new(ray.origin, ray.direction, ray.tmin, tables.extent);
-    let search = Search { ray, triangles: OneRay::new(ray.origin, ray.direction), tables, behind };
+    let search = Search { ray, whole, triangles: OneRay::new(ray.origin, ray.direction), tables, behind };
     let (words, near) = (&mut stack.words[..], &mut stack.near[..]);
     let mut best_wide = best.t * WIDENING;
     let mut top = 0;
@@ -206,7 +214,7 @@ pub(super) fn any_where(
                 common = common.and_not(coarse);
                 let mut blocked = false;
                 if coarse.any() {
-                    for_each_precise(ray, block, tables, coarse, |id, hit| {
+                    for_each_precise(ray, block, &edges, tables, coarse, |id, hit| {
                         let ends = hit.t < ray.tmax || (hit.t == ray.tmax && id < before);
                         blocked |= hit.t > ray.tmin && ends && counts(id);
                     });

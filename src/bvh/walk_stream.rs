@@ -286,18 +286,23 @@ impl Rays {
             let precise = Mask8::from_bits(tables.precise[block_of(word)]);
             let near = edges.near(splat(most_moved(given(row).origin, tables.extent)));
             let coarse = (inside & edges.edge_on()).and_not(precise) | (precise & near);
-            let found = self.test_precise::<ANY>(row, block_of(word), tables, coarse, &given(row));
+            let found = self.test_precise::<ANY>(row, block_of(word), &edges, tables, coarse, &given(row));
             return self.take::<ANY>(row, block, &edges, inside.and_not(coarse | precise)) | found;
         }
         if !inside.any() {
             return false;
         }
-        let edge_on = inside & edges.edge_on();
-        if edge_on.any() {
-            let found = self.test_precise::<ANY>(row, block_of(word), tables, edge_on, &given(row));
-            return self.take::<ANY>(row, block, &edges, inside.and_not(edge_on)) | found;
+        let t = edges.t_scaled / edges.det;
+        let in_range = inside & t.gt(splat(self.tmin[row])) & t.le(splat(self.t[row]));
+        if !in_range.any() {
+            return false;
         }
-        self.take::<ANY>(row, block, &edges, inside)
+        let edge_on = in_range & edges.edge_on();
+        if edge_on.any() {
+            let found = self.test_precise::<ANY>(row, block_of(word), &edges, tables, edge_on, &given(row));
+            return self.take::<ANY>(row, block, &edges, in_range.and_not(edge_on)) | found;
+        }
+        self.take::<ANY>(row, block, &edges, in_range)
     }
 
     /// Takes the closest hit on the triangles `inside` of a block if it is closer, or as close and of a lower id.
@@ -329,19 +334,20 @@ impl Rays {
         found
     }
 
-    /// The part of [`Rays::test_leaf`] that is decided in f64, for the triangles `lanes` of a block.
+    /// The part of [`Rays::test_leaf`] that f64 has a say in, for the triangles `lanes` of a block.
     #[cold]
     #[inline(never)]
     fn test_precise<const ANY: bool>(
         &mut self,
         row: usize,
         block: usize,
+        edges: &Edges,
         tables: Tables,
         lanes: Mask8,
         given: &Ray,
     ) -> bool {
         let mut found = false;
-        for_each_precise(given, &tables.leaves[block], tables, lanes, |id, hit| {
+        for_each_precise(given, &tables.leaves[block], edges, tables, lanes, |id, hit| {
             let (best, triangle) = (self.t[row], if ANY { self.before[row] } else { self.triangle[row] });
             if hit.t > self.tmin[row] && (hit.t < best || (hit.t == best && id < triangle)) {
                 found = true;

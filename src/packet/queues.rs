@@ -100,11 +100,13 @@ pub struct SurfaceQueue {
 
 /// Light samples whose visibility is to be found: a shadow ray carries its finished contribution.
 pub struct ShadowQueue {
-    /// The segments, world space; directions reach from origin to light point, `tmax` is where they hit the triangle they aim
-    /// at (or infinite: environment).
+    /// The segments, world space; directions reach from origin to light point, `tmax` is where they end (infinite:
+    /// environment).
     pub rays: RayQueue,
-    /// The triangles they aim at ([`crate::packet::lights::sample::LightSamples::target`]); kept only where there are emitters.
+    /// The emitters they aim at ([`crate::packet::lights::sample::LightSamples::target`]); kept only where there are some.
     pub target: Vec<u32>,
+    /// What may block them at their very end ([`crate::tables::lights::targets::Targets::before`]); filled where it matters.
+    pub before: Vec<u32>,
     /// Rounding makes some of them miss.
     pub missed: bool,
     /// What the path gains if nothing blocks the segment: throughput, BSDF, cosine, radiance, density and weight included.
@@ -220,6 +222,7 @@ impl ShadowQueue {
         ShadowQueue {
             rays,
             target: words(if aimed { capacity } else { 0 }),
+            before: Vec::new(),
             missed: false,
             contribution: Columns3::with_len(capacity),
             slot: words(capacity),

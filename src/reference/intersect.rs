@@ -1,10 +1,10 @@
 //! One ray at a time through the tree: plain loops, early returns.
 
-use super::precise::hit_precisely;
+use super::precise::{edge_on, hit_precisely};
 use super::{Real, Vec3, vec3};
 use crate::bvh::Bvh;
 use crate::bvh::node::{Child, LeafBlock, Node};
-use crate::bvh::precise::{PRECISE, SHARED_EDGES};
+use crate::bvh::precise::PRECISE;
 use crate::bvh::ray::{LONGEST_DIRECTION, SHORTEST_DIRECTION};
 use crate::fault::{Fault, lost_digits, planted};
 
@@ -208,7 +208,7 @@ impl ShearedRay {
         Vec3::new(x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z)
     }
 
-    /// The hit on one triangle, at any `t`. Seen nearly edge-on it is decided in f64.
+    /// The hit on one triangle, at any `t`. Seen nearly edge-on it must be there in f64 as well.
     fn hit(&self, vertices: [[f32; 3]; 3], triangle: u32) -> Option<Hit> {
         let [a, b, c] = vertices.map(|vertex| self.sheared(vertex));
         // An edge function of exactly 0 counts as inside, from both sides of the edge: no leak.
@@ -226,13 +226,17 @@ impl ShearedRay {
         }
         let size = [a, b, c].map(|v| if v.x.abs() > v.y.abs() { v.x.abs() } else { v.y.abs() });
         let size = size.into_iter().fold(0.0, |most, one| if one > most { one } else { most });
-        if det.abs() < size * size * EDGE_ON {
-            return self.precise_hit(vertices, triangle, SHARED_EDGES);
-        }
         if det == 0.0 {
             return None;
         }
-        let t = (u * a.z + v * b.z + w * c.z) / det;
+        let mut t = (u * a.z + v * b.z + w * c.z) / det;
+        if det.abs() < size * size * EDGE_ON {
+            if t <= self.ray.tmin {
+                return None;
+            }
+            let first = edge_on((self.ray.origin, self.ray.direction), vertices)? as Real;
+            t = if t < first { first } else { t };
+        }
         let off = lost_digits(Real::EPSILON as f64) as Real;
         Some(Hit { t: t * off, triangle, u: v / det * off, v: w / det })
     }

@@ -1,7 +1,7 @@
 //! Triangles that single precision is too coarse for, in double precision, whatever `Real` is.
 
 use super::{Vec3, vec3};
-use crate::bvh::precise::PreciseHit;
+use crate::bvh::precise::{PreciseHit, SHARED_EDGES};
 use glam::DVec3;
 
 /// Half-ulps (2^-24) of the corners' sheared coordinates by which the test in single precision may move an edge: 4.
@@ -78,6 +78,13 @@ pub fn hit_precisely(ray: (Vec3, Vec3), vertices: [[f32; 3]; 3], class: u8) -> O
         t
     }) as f32;
     t.is_finite().then_some(PreciseHit { t, u: (v / det) as f32, v: (w / det) as f32 })
+}
+
+/// Where a ray that sees a common triangle edge-on enters its box; `None` if it passes the triangle by.
+pub fn edge_on(ray: (Vec3, Vec3), vertices: [[f32; 3]; 3]) -> Option<f32> {
+    hit_precisely(ray, vertices, SHARED_EDGES)?;
+    let corners = vertices.map(|v| DVec3::from(v.map(f64::from)));
+    part_in_box(wide(ray.0), wide(ray.1), corners).map(|(first, _)| first as f32)
 }
 
 /// Where a line enters and leaves the widened box of three points (the slab method, Kay and Kajiya 1986).

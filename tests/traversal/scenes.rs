@@ -39,10 +39,15 @@ pub fn hit_triangle(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32,
     }
     let det = (e[0] + e[1]) + e[2];
     let size = [ax, ay, bx, by, cx, cy].into_iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+    let mut t = ((e[0] * az + e[1] * bz) + e[2] * cz) / det;
     if det.abs() < (size * size) * (1.0 / 64.0) {
-        return hit_in_f64(ray, v, SHARED_EDGES).filter(|hit| counts(hit.0));
+        if t <= ray.tmin {
+            return None;
+        }
+        hit_in_f64(ray, v, SHARED_EDGES)?;
+        let first = part_in_box(ray, v)?.0 as f32;
+        t = if t < first { first } else { t };
     }
-    let t = ((e[0] * az + e[1] * bz) + e[2] * cz) / det;
     (det != 0.0 && counts(t)).then_some((t, e[1] / det, e[2] / det))
 }
 
@@ -69,18 +74,7 @@ fn hit_in_f64(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)>
             return None;
         }
     }
-    let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
-    let [p0, p1, p2] = v.map(|p| p.map(f64::from));
-    for k in 0..3 {
-        let (low, high) = (p0[k].min(p1[k]).min(p2[k]), p0[k].max(p1[k]).max(p2[k]));
-        let (o, wide) = (ray.o[k] as f64, ((ray.o[k] as f64).abs() + low.abs().max(high.abs())) / 2f64.powi(23));
-        let ends = [(low - wide - o) / ray.d[k] as f64, (high + wide - o) / ray.d[k] as f64];
-        first = first.max(ends[0].min(ends[1]));
-        last = last.min(ends[0].max(ends[1]));
-    }
-    if first > last {
-        return None;
-    }
+    let (first, last) = part_in_box(ray, v)?;
     let e = e.map(|e| if e > 0.0 { e } else { 0.0 });
     let det = e[0] + e[1] + e[2];
     let largest = size.into_iter().fold(0.0, f64::max);
@@ -100,6 +94,20 @@ fn hit_in_f64(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32, f32)>
         t
     } as f32;
     (det > largest * largest / 2f64.powi(36) && t.is_finite()).then_some((t, (e[1] / det) as f32, (e[2] / det) as f32))
+}
+
+/// Where a ray enters and leaves the widened box of a triangle.
+fn part_in_box(ray: &Ray, v: [[f32; 3]; 3]) -> Option<(f64, f64)> {
+    let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
+    let [p0, p1, p2] = v.map(|p| p.map(f64::from));
+    for k in 0..3 {
+        let (low, high) = (p0[k].min(p1[k]).min(p2[k]), p0[k].max(p1[k]).max(p2[k]));
+        let (o, wide) = (ray.o[k] as f64, ((ray.o[k] as f64).abs() + low.abs().max(high.abs())) / 2f64.powi(23));
+        let ends = [(low - wide - o) / ray.d[k] as f64, (high + wide - o) / ray.d[k] as f64];
+        first = first.max(ends[0].min(ends[1]));
+        last = last.min(ends[0].max(ends[1]));
+    }
+    (first <= last).then_some((first, last))
 }
 
 pub struct Scene {

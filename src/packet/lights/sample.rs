@@ -1,6 +1,6 @@
 //! Light sampling for eight surface points at a time.
 
-use crate::bvh::aim;
+use crate::bvh::aim::{aim, precise_lanes};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::packet::alpha_masks::opaque;
 use crate::packet::lights::choose::{Choice, Light8, choose, probability};
@@ -13,7 +13,7 @@ use crate::packet::texture::{interpolate, look_up};
 use crate::packet::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use crate::sampler::draws::LightDraws;
 use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
-use crate::tables::lights::targets::MISSED;
+use crate::tables::lights::targets::{FREE_PART, MISSED};
 
 /// Eight light samples as seen from eight surface points.
 pub struct LightSamples {
@@ -29,9 +29,9 @@ pub struct LightSamples {
     pub pdf_dir: F32x8,
     /// The segments that must be free, from the points' ray origins (not normalised).
     pub shadow_direction: Vec3x8,
-    /// Where they end: where they hit the triangles they aim at.
+    /// Where they end: where they hit the precise triangles they aim at, a little before common ones.
     pub shadow_tmax: F32x8,
-    /// The triangles they aim at, with [`MISSED`] where rounding makes them miss.
+    /// The emitters they aim at, with [`MISSED`] where rounding makes them miss.
     pub target: U32x8,
 }
 
@@ -109,9 +109,12 @@ fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Choice,
     let pdf_dir = choice.probability * solid_angles.pdf_dir(by_area);
     let zero = F32x8::ZERO;
     let valid = distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero);
-    let classes = lights.targets.classes(choice.emitter.to_array());
-    let (hit, t) = aim(points.origin, to_light, &light.vertices, valid, classes);
-    let target = U32x8::gather(&lights.targets.triangle, choice.emitter);
+    let near = valid.and_not(distance_squared.gt(F32x8::splat(lights.targets.far)));
+    let (shadow_tmax, target) = if near.any() {
+        ends(lights, choice.emitter, &light.vertices, (points.origin, to_light), near)
+    } else {
+        (F32x8::splat(FREE_PART), choice.emitter)
+    };
     LightSamples {
         direction,
         valid,
@@ -119,9 +122,29 @@ fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Choice,
         radiance: emitted(lights, choice.emitter, &light, weights),
         pdf_dir,
         shadow_direction: to_light,
-        shadow_tmax: hit.select(t, F32x8::ONE),
-        target: hit.select_u32(target, target | U32x8::splat(MISSED)),
+        shadow_tmax,
+        target,
     }
+}
+
+/// Where shadow rays end and what they are sent to; those of `near` where closest hits would find the emitters, by the same
+/// test.
+#[inline(never)]
+fn ends(
+    lights: &LightTable,
+    emitter: U32x8,
+    vertices: &[Vec3x8; 3],
+    (origin, to_light): (Vec3x8, Vec3x8),
+    near: Mask8,
+) -> (F32x8, U32x8) {
+    let classes = lights.targets.classes(emitter.to_array());
+    let (hit, t) = aim(origin, to_light, vertices, near, classes);
+    let end = (near & hit).select(t, F32x8::ONE);
+    let precise = classes.map_or(Mask8::NONE, precise_lanes);
+    (
+        precise.select(end, end * F32x8::splat(FREE_PART)),
+        near.and_not(hit).select_u32(emitter | U32x8::splat(MISSED), emitter),
+    )
 }
 
 /// Densities per steradian with which [`sample_lights`] would have drawn, for `receivers`, the points that rays hit at

@@ -1,6 +1,6 @@
 //! Stages: rays through the tree; what is cut out of triangles lets them pass.
 
-use crate::bvh::ray::NO_HIT;
+use crate::bvh::ray::{ANY_ID, NO_HIT};
 use crate::bvh::{RayKind, Scratch, Segments};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 use crate::packet::alpha_masks::pass_alpha_masks;
@@ -37,8 +37,16 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
 ) {
     let TileState { shadow, slots, passing, scratch, .. } = state;
     counters.rays.shadow += shadow.len as u64;
-    let ShadowQueue { rays, target, blocked, hits, len, .. } = shadow;
-    let aimed = context.decisions.needs.targets;
+    let ShadowQueue { rays, target, before, blocked, hits, len, .. } = shadow;
+    let targets = &context.setup.lights.targets;
+    let aimed = targets.aimed;
+    if aimed {
+        before.clear();
+        before.extend(
+            target[..*len].iter().map(|&emitter| if emitter & MISSED != 0 { ANY_ID } else { targets.before(emitter) }),
+        );
+        before.resize(len.next_multiple_of(LANES), 0);
+    }
     // Shadow rays of camera hits start close together; later ones are as scattered as the rays that found their origins.
     let kind = if context.depth == 0 { RayKind::Shadow } else { RayKind::Bounce };
     let scene = context.setup.scene;
@@ -55,11 +63,11 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
             }
             // What the rays aim at does not block them, nor what comes after it in the order of closest hits.
             let before_end = F32x8::load(&hits.t, first).lt(F32x8::load(&rays.tmax, first));
-            (hit & (before_end | triangle.lt_signed(U32x8::load(target, first)))).bits()
+            (hit & (before_end | triangle.lt_signed(U32x8::load(before, first)))).bits()
         };
         blocked.extend((0..*len).step_by(LANES).map(hit));
     } else if aimed {
-        let segments = Segments::aimed(rays, target);
+        let segments = Segments::aimed(rays, before);
         scene.bvh.occluded_queue(kind, segments, 0..*len, blocked, scratch, &mut counters.shadow_walk);
     } else {
         scene.bvh.occluded_queue(kind, &*rays, 0..*len, blocked, scratch, &mut counters.shadow_walk);
@@ -86,8 +94,7 @@ fn pass_missed_targets<const ALPHA_MASKS: bool>(
         let active = Mask8::first((shadow.len - first).min(LANES));
         let missed = active & U32x8::load(&shadow.target, first).lt_signed(U32x8::ZERO);
         for row in (first..first + LANES).filter(|row| missed.bits() >> (row - first) & 1 == 1) {
-            let light = scene.triangles[(shadow.target[row] & !MISSED) as usize].light;
-            let passed = context.setup.lights.targets.passed(light);
+            let passed = context.setup.lights.targets.passed(shadow.target[row] & !MISSED);
             let blocked = if ALPHA_MASKS {
                 let hit = shadow.hits.triangle[row];
                 hit != NO_HIT && !passed.contains(&hit)

@@ -2,12 +2,22 @@
 
 use std::collections::HashMap;
 
+use crate::bvh::precise::{PRECISE, aspect, longest_edge};
+use crate::bvh::ray::ANY_ID;
 use crate::tables::prepared::PreparedScene;
 use crate::tables::triangles::TriangleRecord;
 use glam::Vec3;
 
 /// In a shadow ray's target: rounding made the ray miss it.
 pub const MISSED: u32 = 1 << 31;
+
+/// The part of the way to a common emitter that must be free: 1 - 2^-17. Boxes about the emitter are then not entered.
+/// (Whatever lies so close before an emitter makes it a precise one; see [`crate::bvh::precise`].)
+pub const FREE_PART: f32 = 1.0 - 1.0 / 131_072.0;
+
+/// From beyond 1/8 of their coordinates, and of their aspects times longest edges, the test of common triangles finds emitters
+/// where points on them are, to less than 2^-17 of the way: it errs by a few half-ulps (2^-24) of these.
+const FAR: f32 = 1.0 / 8.0;
 
 /// No triangle.
 const NONE: u32 = u32::MAX;
@@ -17,6 +27,11 @@ const COPLANAR_SINE: f32 = 1e-4;
 
 /// Per emitter, what its shadow rays must know.
 pub struct Targets {
+    /// Whether any emitter is precise: shadow rays then must know their targets.
+    pub aimed: bool,
+    /// The squared distance beyond which shadow rays end at the points they were sent to; nearer, where the triangle test finds
+    /// the emitters.
+    pub far: f32,
     /// Triangle ids.
     pub triangle: Vec<u32>,
     /// Classes of the triangles ([`crate::bvh::precise`]); empty if all are common.
@@ -32,7 +47,20 @@ impl Targets {
         let triangle: Vec<u32> = scene.emitters.iter().map(|emitter| emitter.triangle).collect();
         let class: Vec<u8> = triangle.iter().map(|&id| scene.bvh.class(id)).collect();
         let beside = beside(&scene.triangles, &triangle);
-        Targets { class: if class.iter().any(|&class| class != 0) { class } else { Vec::new() }, triangle, beside }
+        let aimed = class.iter().any(|class| class & PRECISE != 0);
+        let reach = |id: u32| {
+            let vertices = scene.triangles[id as usize].vertices;
+            let coordinates = vertices.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+            FAR * coordinates.max(aspect_length(vertices) as f32)
+        };
+        let far = triangle.iter().map(|&id| reach(id)).fold(0.0, f32::max);
+        Targets {
+            aimed,
+            far: if aimed { f32::INFINITY } else { far * far },
+            class: if class.iter().any(|&class| class != 0) { class } else { Vec::new() },
+            triangle,
+            beside,
+        }
     }
 
     /// The class of an emitter's triangle.
@@ -47,6 +75,12 @@ impl Targets {
         (!self.class.is_empty()).then(|| emitters.map(|emitter| self.class[emitter as usize]))
     }
 
+    /// At the very end of a shadow ray to an emitter, only triangles of ids below this one block it.
+    #[inline(always)]
+    pub fn before(&self, emitter: u32) -> u32 {
+        if self.class(emitter) & PRECISE != 0 { self.triangle[emitter as usize] } else { ANY_ID }
+    }
+
     /// The triangles that do not block a shadow ray that missed the emitter it was sent to.
     pub fn passed(&self, emitter: u32) -> [u32; 4] {
         let [a, b, c] = self.beside[emitter as usize];
@@ -57,6 +91,11 @@ impl Targets {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.triangle[..]) + self.class.len() + size_of_val(&self.beside[..])
     }
+}
+
+/// The aspect of a triangle times its longest edge, scene units.
+fn aspect_length(vertices: [[f32; 3]; 3]) -> f64 {
+    aspect(vertices) * f64::from(longest_edge(vertices))
 }
 
 fn beside(triangles: &[TriangleRecord], emitters: &[u32]) -> Vec<[u32; 3]> {
