@@ -399,13 +399,17 @@ impl PreciseRay {
     }
 
     /// The `t` of a hit that the common test has at `t`, on a triangle that the ray, which begins at `tmin`, sees edge-on: there
-    /// is none before `tmin` or if the ray passes the triangle by, and it does not lie before the ray enters the triangle's box.
+    /// is none before `tmin`, none if the ray passes the triangle by or begins behind its box, and it does not lie before the ray
+    /// enters the box.
     pub(super) fn edge_on(&self, vertices: [[f32; 3]; 3], t: f32, tmin: f32) -> Option<f32> {
         if t <= tmin {
             return None;
         }
         self.hit(vertices, SHARED_EDGES)?;
-        let (first, _) = self.within_box(vertices.map(|v| DVec3::from(v.map(f64::from))))?;
+        let (first, last) = self.within_box(vertices.map(|v| DVec3::from(v.map(f64::from))))?;
+        if last < f64::from(tmin) {
+            return None;
+        }
         Some(if t < first as f32 { first as f32 } else { t })
     }
 

@@ -234,7 +234,7 @@ impl ShearedRay {
             if t <= self.ray.tmin {
                 return None;
             }
-            let first = edge_on((self.ray.origin, self.ray.direction), vertices)? as Real;
+            let first = edge_on((self.ray.origin, self.ray.direction), vertices, self.ray.tmin)? as Real;
             t = if t < first { first } else { t };
         }
         let off = lost_digits(Real::EPSILON as f64) as Real;

@@ -1,6 +1,6 @@
 //! Triangles that single precision is too coarse for, in double precision, whatever `Real` is.
 
-use super::{Vec3, vec3};
+use super::{Real, Vec3, vec3};
 use crate::bvh::precise::{PreciseHit, SHARED_EDGES};
 use glam::DVec3;
 
@@ -80,11 +80,13 @@ pub fn hit_precisely(ray: (Vec3, Vec3), vertices: [[f32; 3]; 3], class: u8) -> O
     t.is_finite().then_some(PreciseHit { t, u: (v / det) as f32, v: (w / det) as f32 })
 }
 
-/// Where a ray that sees a common triangle edge-on enters its box; `None` if it passes the triangle by.
-pub fn edge_on(ray: (Vec3, Vec3), vertices: [[f32; 3]; 3]) -> Option<f32> {
+/// Where a ray that begins at `tmin` and sees a common triangle edge-on enters its box; `None` if it passes the triangle by or
+/// begins behind the box.
+pub fn edge_on(ray: (Vec3, Vec3), vertices: [[f32; 3]; 3], tmin: Real) -> Option<f32> {
     hit_precisely(ray, vertices, SHARED_EDGES)?;
     let corners = vertices.map(|v| DVec3::from(v.map(f64::from)));
-    part_in_box(wide(ray.0), wide(ray.1), corners).map(|(first, _)| first as f32)
+    let (first, last) = part_in_box(wide(ray.0), wide(ray.1), corners)?;
+    (last >= tmin as f64).then_some(first as f32)
 }
 
 /// Where a line enters and leaves the widened box of three points (the slab method, Kay and Kajiya 1986).

@@ -45,7 +45,11 @@ pub fn hit_triangle(ray: &Ray, v: [[f32; 3]; 3], class: u8) -> Option<(f32, f32,
             return None;
         }
         hit_in_f64(ray, v, SHARED_EDGES)?;
-        let first = part_in_box(ray, v)?.0 as f32;
+        let (first, last) = part_in_box(ray, v)?;
+        if last < f64::from(ray.tmin) {
+            return None;
+        }
+        let first = first as f32;
         t = if t < first { first } else { t };
     }
     (det != 0.0 && counts(t)).then_some((t, e[1] / det, e[2] / det))
