@@ -6,6 +6,7 @@ use crate::bvh::node::{Child, LeafBlock, NO_TRIANGLE, Node, Tables};
 use crate::bvh::precise::{HUGE, PRECISE, classify};
 use crate::bvh::sah;
 use crate::bvh::sah::PrimBox;
+use crate::bvh::triangle::{least_det, size_of};
 use crate::bvh::walk_flat::Flat;
 use crate::lanes::LANES;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
@@ -24,6 +25,8 @@ pub struct Bvh {
     classes: Vec<u8>,
     /// By leaf block, the lanes that are not common; empty if all are.
     precise: Vec<u8>,
+    /// Per leaf block, below what determinants rays may see a triangle of it edge-on ([`crate::bvh::triangle`]).
+    least_det: Vec<f32>,
 }
 
 /// How to build.
@@ -67,6 +70,13 @@ impl BuildOptions {
     pub fn for_scene(triangles: usize) -> Self {
         Self { leaf_size: if triangles <= SMALL_SCENE { 4 } else { LANES } }
     }
+}
+
+/// The largest least determinant in a block.
+fn least_det_of(block: &LeafBlock, extent: f32) -> f32 {
+    let lanes = || (0..LANES).filter(|&lane| block.ids[lane] != NO_TRIANGLE).map(|lane| block.corners(lane));
+    let leaf = size_of(lanes().flatten());
+    lanes().map(|corners| least_det(size_of(corners), leaf, extent)).fold(0.0, f32::max)
 }
 
 impl Bvh {
@@ -123,7 +133,8 @@ impl Bvh {
             Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>(), extent)
         });
         let flat = flat.flatten();
-        Self { nodes, leaves, triangles, depth: wide.depth, extent, flat, classes, precise: lanes }
+        let least_det = wide.leaves.iter().map(|block| least_det_of(block, extent)).collect();
+        Self { nodes, leaves, triangles, depth: wide.depth, extent, flat, classes, precise: lanes, least_det }
     }
 
     /// The binary tree that [`Bvh::build`] collapses, one triangle a leaf.
@@ -169,6 +180,12 @@ impl Bvh {
     pub fn class(&self, id: u32) -> u8 {
         self.classes.get(id as usize).copied().unwrap_or(0)
     }
+    /// The lanes whose triangles have a bit of `class`.
+    #[inline(always)]
+    pub fn lanes_of_class<const N: usize>(&self, triangles: [u32; N], class: u8) -> u8 {
+        let bit = |lane: usize| ((self.class(triangles[lane]) & class != 0) as u8) << lane;
+        (0..N).fold(0, |bits, lane| bits | bit(lane))
+    }
     /// How many triangles are tested in f64, and how many of them because something far smaller lies on them.
     pub fn precise_triangles(&self) -> (usize, usize) {
         let of = |bit: u8| self.classes.iter().filter(|&class| class & bit != 0).count();
@@ -192,6 +209,7 @@ impl Bvh {
             leaves: self.leaves(),
             classes: &self.classes,
             precise: &self.precise,
+            least_det: &self.least_det,
             extent: self.extent,
         }
     }

@@ -132,6 +132,8 @@ pub(super) struct Tables<'a> {
     pub(super) classes: &'a [u8],
     /// Per leaf block, its lanes that hold precise triangles; empty if all are common.
     pub(super) precise: &'a [u8],
+    /// Per leaf block, the largest [`crate::bvh::triangle::least_det`] of its triangles.
+    pub(super) least_det: &'a [f32],
     /// The largest |coordinate|.
     pub(super) extent: f32,
 }

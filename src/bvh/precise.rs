@@ -13,7 +13,6 @@
 use crate::bvh::ray::{PERMUTATION, dominant_axis};
 use glam::DVec3;
 use obvhs::bvh2::Bvh2;
-use std::collections::{HashMap, HashSet};
 
 /// The triangle is tested in f64.
 pub const PRECISE: u8 = 1 << 3;
@@ -65,7 +64,7 @@ pub(super) fn classify(
     ids.iter().filter(|&&id| aspect(vertices(id)) > SLIVER_ASPECT).for_each(|&id| mark(&mut classes, id, PRECISE));
     if !classes.is_empty() {
         classes.resize(triangles.len(), 0);
-        mark_thin_boxes(&mut classes, ids, &vertices);
+        mark_thin_boxes(&mut classes, tree, &vertices);
     }
     let longest: Vec<f32> = ids.iter().map(|&id| longest_edge(vertices(id))).collect();
     let (least, most) = longest.iter().fold((f32::INFINITY, 0.0f32), |(a, b), &size| (a.min(size), b.max(size)));
@@ -97,7 +96,7 @@ pub(super) fn classify(
     if !classes.is_empty() {
         classes.resize(triangles.len(), 0);
     }
-    mark_shared_edges(&mut classes, ids, &vertices);
+    mark_shared_edges(&mut classes, tree, &vertices);
     classes
 }
 
@@ -165,10 +164,9 @@ fn object_sizes(ids: &[u32], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> 
         let least = a.min(b).min(c);
         [a, b, c].into_iter().for_each(|vertex| parent[vertex as usize] = least);
     }
-    let mut boxes: HashMap<u32, [[f32; 2]; 3]> = HashMap::new();
+    let mut boxes = vec![[[f32::INFINITY, f32::NEG_INFINITY]; 3]; positions.len()];
     for &id in ids {
-        let object = root(&mut parent, triangles[id as usize][0]);
-        let own = boxes.entry(object).or_insert([[f32::INFINITY, f32::NEG_INFINITY]; 3]);
+        let own = &mut boxes[root(&mut parent, triangles[id as usize][0]) as usize];
         for corner in triangles[id as usize].map(|vertex| positions[vertex as usize]) {
             for axis in 0..3 {
                 own[axis] = [own[axis][0].min(corner[axis]), own[axis][1].max(corner[axis])];
@@ -176,7 +174,7 @@ fn object_sizes(ids: &[u32], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> 
         }
     }
     let size = |[x, y, z]: [[f32; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
-    ids.iter().map(|&id| size(boxes[&root(&mut parent, triangles[id as usize][0])])).collect()
+    ids.iter().map(|&id| size(boxes[root(&mut parent, triangles[id as usize][0]) as usize])).collect()
 }
 
 /// Scene units.
@@ -264,48 +262,41 @@ fn place(corner: [f32; 3]) -> [u32; 3] {
 
 /// Finds the triangles that share an edge with a sliver far narrower than they are long. At this time all precise triangles are
 /// slivers.
-fn mark_thin_boxes(classes: &mut [u8], ids: &[u32], vertices: &impl Fn(u32) -> [[f32; 3]; 3]) {
-    let mut narrowest: HashMap<Edge, f64> = HashMap::new();
-    let (slivers, others): (Vec<u32>, Vec<u32>) = ids.iter().partition(|&&id| classes[id as usize] & PRECISE != 0);
-    for id in slivers {
-        let v = vertices(id);
-        let width = f64::from(longest_edge(v)) / aspect(v);
-        for opposite in 0..3 {
-            let least = narrowest.entry(edge_of(v, opposite)).or_insert(width);
-            *least = least.min(width);
+fn mark_thin_boxes(classes: &mut [u8], tree: &Bvh2, vertices: &impl Fn(u32) -> [[f32; 3]; 3]) {
+    let mut found = Vec::new();
+    for_each_shared_edge(classes, tree, vertices, |sliver, _, other| {
+        let width = f64::from(longest_edge(vertices(sliver))) / aspect(vertices(sliver));
+        if width * f64::from(PRECISE_RATIO) < f64::from(longest_edge(vertices(other))) {
+            found.push(other);
         }
-    }
-    for id in others {
-        let v = vertices(id);
-        let width = (0..3).filter_map(|opposite| narrowest.get(&edge_of(v, opposite)));
-        if width.fold(f64::INFINITY, |a, &b| a.min(b)) * f64::from(PRECISE_RATIO) < f64::from(longest_edge(v)) {
-            classes[id as usize] |= PRECISE;
-        }
-    }
+    });
+    found.into_iter().for_each(|id| classes[id as usize] |= PRECISE);
 }
 
 /// Finds the edges that precise triangles share with common ones.
-fn mark_shared_edges(classes: &mut [u8], ids: &[u32], vertices: &impl Fn(u32) -> [[f32; 3]; 3]) {
-    if classes.is_empty() {
-        return;
-    }
-    let mut owners: HashMap<Edge, Vec<(u32, u8)>> = HashMap::new();
-    let mut corners: HashSet<[u32; 3]> = HashSet::new();
-    for &id in ids.iter().filter(|&&id| classes[id as usize] & PRECISE != 0) {
-        let v = vertices(id);
-        corners.extend(v.map(place));
-        for opposite in 0..3 {
-            owners.entry(edge_of(v, opposite)).or_default().push((id, 1 << opposite));
-        }
-    }
-    for &id in ids.iter().filter(|&&id| classes[id as usize] & PRECISE == 0).collect::<Vec<_>>() {
-        let v = vertices(id);
-        let known = v.map(|corner| corners.contains(&place(corner)));
-        for opposite in (0..3).filter(|&i| known[(i + 1) % 3] && known[(i + 2) % 3]) {
-            for &(owner, bit) in owners.get(&edge_of(v, opposite)).into_iter().flatten() {
-                classes[owner as usize] |= bit;
+fn mark_shared_edges(classes: &mut [u8], tree: &Bvh2, vertices: &impl Fn(u32) -> [[f32; 3]; 3]) {
+    let mut found = Vec::new();
+    for_each_shared_edge(classes, tree, vertices, |id, edge, _| found.push((id, 1 << edge)));
+    found.into_iter().for_each(|(id, edge): (u32, u8)| classes[id as usize] |= edge);
+}
+
+/// Tells of the edges (the numbers of the corners opposite them) that precise triangles share with common ones: the precise
+/// triangle, its edge, the other one.
+fn for_each_shared_edge(
+    classes: &[u8],
+    tree: &Bvh2,
+    vertices: &impl Fn(u32) -> [[f32; 3]; 3],
+    mut tell: impl FnMut(u32, usize, u32),
+) {
+    let precise = |id: u32| class_of(classes, id) & PRECISE != 0;
+    for &id in tree.primitive_indices.iter().filter(|&&id| precise(id)) {
+        let edges: [Edge; 3] = std::array::from_fn(|opposite| edge_of(vertices(id), opposite));
+        for_each_in(tree, bounds(vertices(id), 0.0), |other| {
+            if !precise(other) {
+                let shared = |edge: &Edge| (0..3).any(|opposite| edge_of(vertices(other), opposite) == *edge);
+                (0..3).filter(|&edge| shared(&edges[edge])).for_each(|edge| tell(id, edge, other));
             }
-        }
+        });
     }
 }
 

@@ -357,7 +357,8 @@ impl Bvh {
     fn stream_chunk<const ANY: bool>(&self, segments: Segments, chunk: usize, count: usize, stream: &mut Stream) {
         let rays = segments.rays;
         for first in (0..count).step_by(LANES) {
-            stream.set_packet(first, &rays.packet(chunk + first), segments.before8(chunk + first), self.extent());
+            let before = ANY.then(|| segments.before8(chunk + first));
+            stream.set_packet(first, &rays.packet(chunk + first), before, self.extent());
         }
         stream.walk::<ANY>(self.walk_tables(), count, |row| rays.ray(chunk + row));
     }

@@ -49,7 +49,42 @@ pub(super) struct Edges {
 }
 
 /// The part of the corners' squared distances below which a projected triangle is seen edge-on.
-pub(super) const EDGE_ON: f32 = 1.0 / 64.0;
+const EDGE_ON: f32 = 1.0 / 64.0;
+
+/// Where |det| of a hit is not below this times the ray's [`reach`], it does not see the triangle edge-on. `size` is the longest
+/// side of the triangle's box, `leaf` that of its leaf's, `extent` the scene's largest |coordinate|.
+///
+/// A ray inside has sheared corners no farther off than twice the triangle's size, so the test of the triangle itself, which looks
+/// at the corners, is asked only below the square of that. What may look inside far beside a small triangle, by rounding alone, has
+/// a `det` of at most 32 half-ulps of the scene, or of how far off the ray starts, times the size of the leaf.
+pub(super) fn least_det(size: f32, leaf: f32, extent: f32) -> f32 {
+    let least = (size * size * (4.1 * EDGE_ON)).max(extent * leaf * (1.0 / (1 << 16) as f32));
+    least / extent.max(f32::MIN_POSITIVE)
+}
+
+/// How far a ray reaches from `origin` in a scene that reaches to `extent`.
+#[inline(always)]
+pub(super) fn reach([x, y, z]: [f32; 3], extent: f32) -> f32 {
+    let max = crate::math::max;
+    max(max(x.abs(), y.abs()), max(z.abs(), extent))
+}
+
+/// [`reach`] of eight.
+#[inline(always)]
+pub(super) fn reach8(origin: Vec3x8, extent: f32) -> F32x8 {
+    origin.abs().max_element().max(F32x8::splat(extent))
+}
+
+/// The longest side of the box of some corners.
+pub(super) fn size_of(corners: impl IntoIterator<Item = [f32; 3]>) -> f32 {
+    let mut bounds = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
+    for corner in corners {
+        for axis in 0..3 {
+            bounds[axis] = [bounds[axis][0].min(corner[axis]), bounds[axis][1].max(corner[axis])];
+        }
+    }
+    bounds.map(|[low, high]| high - low).into_iter().fold(0.0, f32::max)
+}
 
 impl Edges {
     /// Rays that see the triangle so nearly edge-on that this test is too coarse; asked for where it is hit.

@@ -11,7 +11,7 @@
 use crate::bvh::boxes::{ROUNDING, WIDENING, safe_inverse8};
 use crate::bvh::precise::PreciseRay;
 use crate::bvh::ray::{ANY_ID, HitPacket, NO_HIT, RayPacket, WalkCounters};
-use crate::bvh::triangle::{Best, EDGE_ON, blocked_edge_on, dominant_axis8, edges, sheared};
+use crate::bvh::triangle::{Best, blocked_edge_on, dominant_axis8, edges, least_det, reach8, sheared, size_of};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// The most corners in a leaf.
@@ -65,10 +65,8 @@ pub(super) struct Flat {
     /// x, y, z in the first three lanes.
     corners: Vec<[f32; LANES]>,
     triangles: Vec<Triangle>,
-    /// By id: where |det| is not below it, for a ray from within the scene's extent, no ray that hits the triangle sees it edge-on.
+    /// By id, [`crate::bvh::triangle::least_det`].
     least_det: Vec<f32>,
-    /// One over the scene's extent.
-    inverse_extent: f32,
 }
 
 type Vertices = [[f32; 3]; 3];
@@ -78,15 +76,6 @@ type Vertices = [[f32; 3]; 3];
 struct Group {
     corners: Vec<[f32; 3]>,
     triangles: Vec<Triangle>,
-}
-
-/// The longest side of a triangle's box.
-fn size_of_triangle(vertices: Vertices) -> f32 {
-    let side = |axis: usize| {
-        let [a, b, c] = vertices.map(|vertex| vertex[axis]);
-        a.max(b).max(c) - a.min(b).min(c)
-    };
-    side(0).max(side(1)).max(side(2))
 }
 
 impl Group {
@@ -117,17 +106,11 @@ impl Group {
     }
 
     /// Ids, and [`Flat::least_det`] of them, in a scene that reaches to `extent`.
-    ///
-    /// A ray inside has sheared corners no farther off than twice the triangle's size, so the test of the triangle itself,
-    /// which looks at the corners, is asked only below the square of that. What may look inside far beside a small triangle,
-    /// by rounding alone, has a `det` of at most 16 half-ulps of the scene, and of how far off the ray starts, times the size of
-    /// the leaf.
     fn least_det(&self, extent: f32) -> impl Iterator<Item = (u32, f32)> {
-        let size = self.bounds().map(|[min, max]| max - min).into_iter().fold(0.0, f32::max);
-        let noise = 2.0 * extent * size * (1.0 / (1 << 17) as f32);
+        let leaf = size_of(self.corners.iter().copied());
         self.triangles.iter().map(move |triangle| {
-            let size = size_of_triangle(triangle.corners.map(|corner| self.corners[corner as usize]));
-            (triangle.id, (size * size * (4.1 * EDGE_ON)).max(noise))
+            let corners = triangle.corners.map(|corner| self.corners[corner as usize]);
+            (triangle.id, least_det(size_of(corners), leaf, extent))
         })
     }
 
@@ -170,8 +153,7 @@ impl Flat {
             return None;
         }
         let ids = triangles.iter().map(|triangle| triangle.0 as usize + 1).max().unwrap_or(1);
-        let inverse_extent = 1.0 / extent.max(f32::MIN_POSITIVE);
-        let mut flat = Self { least_det: vec![0.0; ids], inverse_extent, ..Self::default() };
+        let mut flat = Self { least_det: vec![0.0; ids], ..Self::default() };
         let mut first = 0;
         while first < triangles.len() {
             let mut group = Group::default();
@@ -204,12 +186,6 @@ impl Flat {
             + size_of_val(&self.corners[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.least_det[..])
-    }
-
-    /// By what the least determinants grow for rays from afar.
-    #[inline(always)]
-    fn growth(&self, rays: &RayPacket) -> F32x8 {
-        F32x8::ONE.max(rays.origin.abs().max_element() * F32x8::splat(self.inverse_extent))
     }
 
     /// The corners of triangle `id`, scene units.
@@ -358,7 +334,7 @@ pub(super) fn closest(
     // behind it, are behind it still.
     let hit = active.and_not(best.triangle.eq(U32x8::splat(NO_HIT)));
     let least_det = F32x8::gather(&flat.least_det, hit.select_u32(best.triangle, U32x8::ZERO));
-    let edge_on = hit & best.det.abs().lt(least_det * flat.growth(&packet));
+    let edge_on = hit & best.det.abs().lt(least_det * reach8(packet.origin, extent));
     if edge_on.any() && !stand(flat, &packet, &best, edge_on) {
         best = closest_carefully(flat, &packet, &rays, active, corners);
     }
@@ -419,7 +395,7 @@ pub(super) fn any(
     let packet = given.without_garbage(active);
     let rays = Rays::new(&packet, extent);
     let best_wide = packet.tmax * F32x8::splat(WIDENING);
-    let growth = flat.growth(&packet);
+    let reach = reach8(packet.origin, extent);
     let mut open = active;
     for leaf in &flat.leaves {
         let live = rays.enter(leaf, best_wide) & open;
@@ -428,7 +404,7 @@ pub(super) fn any(
         if live.any() {
             rays.shear_corners(flat, leaf, corners);
             let (mut blocked, mut edge_on) = (Mask8::NONE, Mask8::NONE);
-            let least_det = growth * F32x8::splat(leaf.least_det);
+            let least_det = reach * F32x8::splat(leaf.least_det);
             for triangle in leaf.triangles(flat) {
                 let edges = edges(triangle.corners(corners));
                 let t = edges.t_scaled / edges.det;

@@ -4,7 +4,7 @@ use crate::bvh::boxes::{EightRaysBoxes, Interval, WIDENING};
 use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf, triangles_in};
 use crate::bvh::precise::PRECISE;
 use crate::bvh::ray::{HitPacket, RayPacket, WalkCounters};
-use crate::bvh::triangle::{Best, EightRays, blocked_edge_on, blocked_precisely, most_moved};
+use crate::bvh::triangle::{Best, EightRays, blocked_edge_on, blocked_precisely, most_moved, reach8};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Nodes and leaves still to be visited, with every lane's distance: NaN where its ray misses the box, so that it is below
@@ -80,25 +80,23 @@ pub(super) fn closest(
         counters.lanes_used += count as u64;
         if count == 0 {
         } else if is_leaf(next) {
-            let (block, precise) = (&tables.leaves[block_of(next)], holds_precise(next));
+            let (leaf, precise) = (block_of(next), holds_precise(next));
+            let block = &tables.leaves[leaf];
             let before = best.t;
             for kz in 0..3 {
                 let own = live & triangles.lanes_by_axis[kz];
                 if own.any() {
                     for lane in 0..triangles_in(next) {
-                        let edges = triangles.edges(block, lane, kz);
                         let id = block.ids[lane];
                         if precise && is_precise(tables, id) {
-                            let near = own & edges.near(most_moved8(&rays, tables.extent));
-                            if near.any() {
-                                let triangle = (id, tables.classes[id as usize]);
-                                best = best.updated_precisely(&rays, block.corners(lane), triangle, near);
-                            }
+                            best = updated_precisely(best, &triangles, (block, lane), kz, (&rays, tables), own);
                             continue;
                         }
+                        let edges = triangles.edges(block, lane, kz);
                         let inside = edges.inside & own;
                         if inside.any() {
-                            if (inside & edges.edge_on()).any() {
+                            let least_det = reach8(rays.origin, tables.extent) * F32x8::splat(tables.least_det[leaf]);
+                            if (inside & edges.det.abs().lt(least_det)).any() {
                                 best = updated_carefully(best, &triangles, (block, lane), kz, &rays, own);
                             } else {
                                 best.update(&edges, id, own, rays.tmin);
@@ -170,6 +168,41 @@ fn most_moved8(rays: &RayPacket, extent: f32) -> F32x8 {
     F32x8::from_array(std::array::from_fn(|lane| most_moved([x[lane], y[lane], z[lane]], extent)))
 }
 
+/// The hits of the rays of `own` after triangle `lane` of a block, which is precise.
+#[inline(never)]
+fn updated_precisely(
+    best: Best,
+    triangles: &EightRays,
+    (block, lane): (&LeafBlock, usize),
+    kz: usize,
+    (rays, tables): (&RayPacket, Tables),
+    own: Mask8,
+) -> Best {
+    let near = own & triangles.edges(block, lane, kz).near(most_moved8(rays, tables.extent));
+    if !near.any() {
+        return best;
+    }
+    let id = block.ids[lane];
+    best.updated_precisely(rays, block.corners(lane), (id, tables.classes[id as usize]), near)
+}
+
+/// Which rays of `own` are blocked by triangle `lane` of a block, which is precise.
+#[inline(never)]
+fn blocked_by_precise(
+    triangles: &EightRays,
+    (block, lane): (&LeafBlock, usize),
+    kz: usize,
+    (rays, before, tables): (&RayPacket, U32x8, Tables),
+    own: Mask8,
+) -> Mask8 {
+    let near = own & triangles.edges(block, lane, kz).near(most_moved8(rays, tables.extent));
+    if !near.any() {
+        return Mask8::NONE;
+    }
+    let id = block.ids[lane];
+    blocked_precisely(rays, before, block.corners(lane), (id, tables.classes[id as usize]), near)
+}
+
 /// The hits of the rays of `own` after triangle `lane` of a block that some see edge-on. (All is worked out anew: what is kept
 /// for the sake of a path hardly ever taken would cost the other one its registers.)
 #[cold]
@@ -233,25 +266,23 @@ pub(super) fn any(
         counters.lanes_used += count as u64;
         if count == 0 {
         } else if is_leaf(next) {
-            let (block, precise) = (&tables.leaves[block_of(next)], holds_precise(next));
+            let (leaf, precise) = (block_of(next), holds_precise(next));
+            let block = &tables.leaves[leaf];
             for kz in 0..3 {
                 let own = live & triangles.lanes_by_axis[kz];
                 if own.any() {
                     for lane in 0..triangles_in(next) {
-                        let edges = triangles.edges(block, lane, kz);
                         let id = block.ids[lane];
                         if precise && is_precise(tables, id) {
-                            let near = own & edges.near(most_moved8(&rays, tables.extent));
-                            if near.any() {
-                                let triangle = (id, tables.classes[id as usize]);
-                                let corners = block.corners(lane);
-                                open = open.and_not(blocked_precisely(&rays, before, corners, triangle, near));
-                            }
+                            let packet = (&rays, before, tables);
+                            open = open.and_not(blocked_by_precise(&triangles, (block, lane), kz, packet, own));
                             continue;
                         }
+                        let edges = triangles.edges(block, lane, kz);
                         let inside = edges.inside & own;
                         if inside.any() {
-                            let blocked = if (inside & edges.edge_on()).any() {
+                            let least_det = reach8(rays.origin, tables.extent) * F32x8::splat(tables.least_det[leaf]);
+                            let blocked = if (inside & edges.det.abs().lt(least_det)).any() {
                                 blocked_carefully(&triangles, (block, lane), kz, (&rays, before), own)
                             } else {
                                 edges.blocked(&rays, before, id) & own

@@ -5,7 +5,7 @@ use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf};
 use crate::bvh::precise::{PRECISE, PreciseHit, PreciseRay};
 use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::sort::sort_children;
-use crate::bvh::triangle::{Edges, OneRay, most_moved};
+use crate::bvh::triangle::{Edges, OneRay, most_moved, reach};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// Nodes and leaves still to be visited, with their distances.
@@ -40,29 +40,45 @@ impl Search<'_> {
     /// The closest hit in the block of leaf `word`, if it is closer than `best`, or as close and of a lower id.
     #[inline(always)]
     fn closest_in_block(&self, word: u32, best: &mut Hit) -> bool {
+        if holds_precise(word) {
+            return self.closest_carefully(word, best);
+        }
         let block = &self.tables.leaves[block_of(word)];
         let edges = self.triangles.edges(block);
+        if !edges.inside.any() {
+            return false;
+        }
+        if may_be_edge_on(&edges, self.tables, word, self.whole) {
+            return self.closest_carefully(word, best);
+        }
+        self.closest_of(block, &edges, edges.inside, best)
+    }
+
+    /// [`Search::closest_in_block`] where triangles are precise or may be seen edge-on.
+    #[cold]
+    #[inline(never)]
+    fn closest_carefully(&self, word: u32, best: &mut Hit) -> bool {
+        let block = &self.tables.leaves[block_of(word)];
+        let edges = self.triangles.edges(block);
+        let coarse = coarse(&edges, self.tables, word, self.whole);
         let mut changed = false;
-        let mut common = edges.inside;
-        if holds_precise(word) || common.any() {
-            let coarse = coarse(&edges, self.tables, word, self.ray);
-            common = common.and_not(coarse);
-            if coarse.any() {
-                for_each_precise(self.whole, block, &edges, self.tables, coarse, |id, hit| {
-                    changed |= self.take(Hit { t: hit.t, triangle: id, u: hit.u, v: hit.v }, best);
-                });
-            }
-        }
-        if !common.any() {
-            return changed;
-        }
+        for_each_precise(self.whole, block, &edges, self.tables, coarse, |id, hit| {
+            changed |= self.take(Hit { t: hit.t, triangle: id, u: hit.u, v: hit.v }, best);
+        });
+        changed | self.closest_of(block, &edges, common(&edges, coarse, self.tables, word), best)
+    }
+
+    /// The closest hit on the triangles `common` of a block.
+    #[inline(always)]
+    fn closest_of(&self, block: &LeafBlock, edges: &Edges, common: Mask8, best: &mut Hit) -> bool {
         let t = edges.t_scaled / edges.det;
         let least = F32x8::splat(self.ray.tmin);
         let counts = if self.behind.is_some() { t.ge(least) } else { t.gt(least) };
         let mut hits = (common & counts & t.le(F32x8::splat(best.t))).bits();
         if hits == 0 {
-            return changed;
+            return false;
         }
+        let mut changed = false;
         let (ts, vs, ws, dets) = (t.to_array(), edges.v.to_array(), edges.w.to_array(), edges.det.to_array());
         while hits != 0 {
             let lane = hits.trailing_zeros() as usize & 7;
@@ -97,6 +113,20 @@ fn coarse(edges: &Edges, tables: Tables, word: u32, ray: &Ray) -> Mask8 {
     let precise = Mask8::from_bits(tables.precise[block_of(word)]);
     let near = edges.near(F32x8::splat(most_moved(ray.origin, tables.extent)));
     (precise & near) | edge_on.and_not(precise)
+}
+
+/// The lanes of a block that f64 has no say in, of those that the ray hits.
+#[inline(always)]
+fn common(edges: &Edges, coarse: Mask8, tables: Tables, word: u32) -> Mask8 {
+    let precise = Mask8::from_bits(tables.precise.get(block_of(word)).copied().unwrap_or(0));
+    edges.inside.and_not(coarse | precise)
+}
+
+/// Whether a ray may see a triangle of a block edge-on that it hits.
+#[inline(always)]
+fn may_be_edge_on(edges: &Edges, tables: Tables, word: u32, ray: &Ray) -> bool {
+    let least_det = F32x8::splat(reach(ray.origin, tables.extent) * tables.least_det[block_of(word)]);
+    (edges.inside & edges.det.abs().lt(least_det)).any()
 }
 
 /// Tells of the hits that a ray has on triangles `lanes` of a block, precise ones and others that it sees edge-on, at any `t`.
@@ -208,10 +238,10 @@ pub(super) fn any_where(
         if is_leaf(next) {
             let block = &tables.leaves[block_of(next)];
             let edges = triangles.edges(block);
-            let mut common = edges.inside;
-            if holds_precise(next) || common.any() {
-                let coarse = coarse(&edges, tables, next, ray);
-                common = common.and_not(coarse);
+            if holds_precise(next) || edges.inside.any() {
+                let careful = holds_precise(next) || may_be_edge_on(&edges, tables, next, ray);
+                let coarse = if careful { coarse(&edges, tables, next, ray) } else { Mask8::NONE };
+                let common = common(&edges, coarse, tables, next);
                 let mut blocked = false;
                 if coarse.any() {
                     for_each_precise(ray, block, &edges, tables, coarse, |id, hit| {

@@ -10,7 +10,7 @@ use crate::bvh::node::{LEAF_BIT, LeafBlock, Node, Tables, block_of, holds_precis
 use crate::bvh::prefetch::prefetch;
 use crate::bvh::ray::{HitPacket, NO_HIT, PERMUTATION, Ray, RayPacket};
 use crate::bvh::sort::sort_children;
-use crate::bvh::triangle::{Edges, dominant_axis8, edges, most_moved, sheared};
+use crate::bvh::triangle::{Edges, dominant_axis8, edges, most_moved, reach, sheared};
 use crate::bvh::walk_single::for_each_precise;
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
@@ -44,9 +44,8 @@ ray_columns! {
     shear_x: f32, shear_y: f32, shear_z: f32,
     tmin: f32,
     kz: u32,
-    /// For any hit: at the end of the ray only triangles of lower ids count.
-    before: u32,
-    /// Closest hit so far, its triangle and what is to be divided for it.
+    /// Closest hit so far, its triangle and what is to be divided for it. For any hit `v` has the bits of an id: at the end of the
+    /// ray only triangles of lower ones count.
     t: f32,
     triangle: u32,
     v: f32,
@@ -96,9 +95,9 @@ impl Stream {
         }
     }
 
-    /// Makes eight rays ready as rows `first ..` of the chunk.
+    /// Makes eight rays ready as rows `first ..` of the chunk; `before`: for any hit, see [`Rays`].
     #[inline(always)]
-    pub(super) fn set_packet(&mut self, first: usize, packet: &RayPacket, before: U32x8, extent: f32) {
+    pub(super) fn set_packet(&mut self, first: usize, packet: &RayPacket, before: Option<U32x8>, extent: f32) {
         let rays = &mut *self.rays;
         let (o, d) = (packet.origin, packet.direction);
         let extent = F32x8::splat(extent);
@@ -127,10 +126,10 @@ impl Stream {
         packet.finite().select(packet.tmin, F32x8::splat(f32::INFINITY)).store(&mut rays.tmin, first);
         let kz = is_x.select_u32(U32x8::ZERO, is_y.select_u32(U32x8::splat(1), U32x8::splat(2)));
         kz.store(&mut rays.kz, first);
-        before.store(&mut rays.before, first);
         packet.tmax.store(&mut rays.t, first);
         U32x8::splat(NO_HIT).store(&mut rays.triangle, first);
-        F32x8::ZERO.store(&mut rays.v, first);
+        let v = before.map_or(F32x8::ZERO, F32x8::from_bits);
+        v.store(&mut rays.v, first);
         F32x8::ZERO.store(&mut rays.w, first);
         F32x8::ONE.store(&mut rays.det, first);
     }
@@ -261,6 +260,20 @@ impl Rays {
         (entry, entry.le(exit))
     }
 
+    /// Of the triangles of a block.
+    #[inline(always)]
+    fn edges(&self, row: usize, block: &LeafBlock) -> Edges {
+        let [kx, ky, kz] = PERMUTATION[self.kz[row] as usize % 3];
+        let splat = F32x8::splat;
+        let o = [splat(self.origin_x[row]), splat(self.origin_y[row]), splat(self.origin_z[row])];
+        let corner = |vertex: usize| {
+            let v = &block.vertices[vertex];
+            [F32x8::from_array(v[kx]) - o[0], F32x8::from_array(v[ky]) - o[1], F32x8::from_array(v[kz]) - o[2]]
+        };
+        let shear = [splat(self.shear_x[row]), splat(self.shear_y[row]), splat(self.shear_z[row])];
+        edges([sheared(corner(0), shear), sheared(corner(1), shear), sheared(corner(2), shear)])
+    }
+
     /// Takes the closest hit in the block of leaf `word` if it is closer, or as close and of a lower id; whether anything is
     /// hit. `given` has the rays as they came.
     #[inline(always)]
@@ -271,38 +284,40 @@ impl Rays {
         tables: Tables,
         given: &impl Fn(usize) -> Ray,
     ) -> bool {
-        let block = &tables.leaves[block_of(word)];
-        let [kx, ky, kz] = PERMUTATION[self.kz[row] as usize % 3];
-        let splat = F32x8::splat;
-        let o = [splat(self.origin_x[row]), splat(self.origin_y[row]), splat(self.origin_z[row])];
-        let corner = |vertex: usize| {
-            let v = &block.vertices[vertex];
-            [F32x8::from_array(v[kx]) - o[0], F32x8::from_array(v[ky]) - o[1], F32x8::from_array(v[kz]) - o[2]]
-        };
-        let shear = [splat(self.shear_x[row]), splat(self.shear_y[row]), splat(self.shear_z[row])];
-        let edges = edges([sheared(corner(0), shear), sheared(corner(1), shear), sheared(corner(2), shear)]);
-        let inside = edges.inside;
+        let leaf = block_of(word);
         if holds_precise(word) {
-            let precise = Mask8::from_bits(tables.precise[block_of(word)]);
-            let near = edges.near(splat(most_moved(given(row).origin, tables.extent)));
-            let coarse = (inside & edges.edge_on()).and_not(precise) | (precise & near);
-            let found = self.test_precise::<ANY>(row, block_of(word), &edges, tables, coarse, &given(row));
-            return self.take::<ANY>(row, block, &edges, inside.and_not(coarse | precise)) | found;
+            return self.test_leaf_carefully::<ANY>(row, word, tables, &given(row));
         }
-        if !inside.any() {
+        let block = &tables.leaves[leaf];
+        let edges = self.edges(row, block);
+        if !edges.inside.any() {
             return false;
         }
         let t = edges.t_scaled / edges.det;
-        let in_range = inside & t.gt(splat(self.tmin[row])) & t.le(splat(self.t[row]));
+        let in_range = edges.inside & t.gt(F32x8::splat(self.tmin[row])) & t.le(F32x8::splat(self.t[row]));
         if !in_range.any() {
             return false;
         }
-        let edge_on = in_range & edges.edge_on();
-        if edge_on.any() {
-            let found = self.test_precise::<ANY>(row, block_of(word), &edges, tables, edge_on, &given(row));
-            return self.take::<ANY>(row, block, &edges, in_range.and_not(edge_on)) | found;
+        let origin = [self.origin_x[row], self.origin_y[row], self.origin_z[row]];
+        let least_det = F32x8::splat(reach(origin, tables.extent) * tables.least_det[leaf]);
+        if (in_range & edges.det.abs().lt(least_det)).any() {
+            return self.test_leaf_carefully::<ANY>(row, word, tables, &given(row));
         }
         self.take::<ANY>(row, block, &edges, in_range)
+    }
+
+    /// [`Rays::test_leaf`] where triangles are precise or may be seen edge-on. (All is worked out anew: what is kept for the sake
+    /// of a path hardly ever taken would cost the other one its registers.)
+    #[cold]
+    #[inline(never)]
+    fn test_leaf_carefully<const ANY: bool>(&mut self, row: usize, word: u32, tables: Tables, given: &Ray) -> bool {
+        let block = &tables.leaves[block_of(word)];
+        let edges = self.edges(row, block);
+        let precise = Mask8::from_bits(tables.precise.get(block_of(word)).copied().unwrap_or(0));
+        let near = edges.near(F32x8::splat(most_moved(given.origin, tables.extent)));
+        let coarse = (edges.inside & edges.edge_on()).and_not(precise) | (precise & near);
+        let found = coarse.any() && self.test_precise::<ANY>(row, block_of(word), &edges, tables, coarse, given);
+        self.take::<ANY>(row, block, &edges, edges.inside.and_not(coarse | precise)) | found
     }
 
     /// Takes the closest hit on the triangles `inside` of a block if it is closer, or as close and of a lower id.
@@ -311,7 +326,7 @@ impl Rays {
         let t = edges.t_scaled / edges.det;
         let best = F32x8::splat(self.t[row]);
         let ends = if ANY {
-            let lower = U32x8::from_array(block.ids).lt_signed(U32x8::splat(self.before[row]));
+            let lower = U32x8::from_array(block.ids).lt_signed(U32x8::splat(self.v[row].to_bits()));
             t.lt(best) | (t.eq(best) & lower)
         } else {
             t.le(best)
@@ -334,9 +349,7 @@ impl Rays {
         found
     }
 
-    /// The part of [`Rays::test_leaf`] that f64 has a say in, for the triangles `lanes` of a block.
-    #[cold]
-    #[inline(never)]
+    /// The part of [`Rays::test_leaf_carefully`] that f64 has a say in, for the triangles `lanes` of a block.
     fn test_precise<const ANY: bool>(
         &mut self,
         row: usize,
@@ -348,7 +361,7 @@ impl Rays {
     ) -> bool {
         let mut found = false;
         for_each_precise(given, &tables.leaves[block], edges, tables, lanes, |id, hit| {
-            let (best, triangle) = (self.t[row], if ANY { self.before[row] } else { self.triangle[row] });
+            let (best, triangle) = (self.t[row], if ANY { self.v[row].to_bits() } else { self.triangle[row] });
             if hit.t > self.tmin[row] && (hit.t < best || (hit.t == best && id < triangle)) {
                 found = true;
                 if ANY {

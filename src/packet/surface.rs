@@ -85,8 +85,10 @@ pub fn surface_points_on<const DETAIL: bool>(
     let normal = front.select_vec3(record.normal, -record.normal);
     let (mut position, mut offset) = point_and_offset(&record.vertices, weights, record.offset);
     let precise = record.offset.lt(F32x8::ZERO);
-    if found.is_some() || precise.any() {
-        on_precise_triangles(found, precise, triangle, &record, &mut position, &mut offset);
+    let huge = found.as_ref().map_or(0, |found| found.bvh.lanes_of_class(triangle.to_array(), HUGE));
+    if (precise | Mask8::from_bits(huge)).any() {
+        let points = found.map_or(position, |found| found.position);
+        on_precise_triangles(points, (precise, huge), &record, &mut position, &mut offset);
     }
     if planted(Fault::WrongOffset) {
         offset = F32x8::ZERO - offset;
@@ -191,24 +193,22 @@ fn inset_weights(u: F32x8, v: F32x8, inset: F32x8) -> [F32x8; 3] {
     [F32x8::ONE - u - v, u, v]
 }
 
-/// Points and offsets in lanes whose triangles are tested in f64 (`precise`), or huge: there from where the rays have found
-/// them, since a barycentric sum is as inexact as the triangle is large.
+/// Points and offsets in lanes whose triangles are tested in f64 (`precise`), or huge: there from the `points` where the rays have
+/// found them, since a barycentric sum is as inexact as the triangle is large.
 #[inline(never)]
 fn on_precise_triangles(
-    found: Option<Found>,
-    precise: Mask8,
-    triangle: U32x8,
+    points: Vec3x8,
+    (precise, huge): (Mask8, u8),
     record: &TriangleColumns,
     position: &mut Vec3x8,
     offset: &mut F32x8,
 ) {
     let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
-    let (ids, vertices, normal) = (triangle.to_array(), record.vertices.map(columns), columns(record.normal));
+    let (vertices, normal, points) = (record.vertices.map(columns), columns(record.normal), columns(points));
     let (mut position8, mut offset8) = (columns(*position), offset.to_array());
-    let points = found.as_ref().map_or(position8, |found| columns(found.position));
     for lane in 0..LANES {
         let precise = precise.bits() >> lane & 1 == 1;
-        let huge = found.as_ref().is_some_and(|found| found.bvh.class(ids[lane]) & HUGE != 0);
+        let huge = huge >> lane & 1 == 1;
         if !(precise || huge) {
             continue;
         }
