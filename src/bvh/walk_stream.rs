@@ -202,6 +202,7 @@ impl Stream {
                     if is_leaf {
                         if let Some(block) = tables.leaves.get(block_of(word)) {
                             prefetch(block);
+                            prefetch(&tables.least_det[block_of(word)]);
                         }
                     } else {
                         prefetch(&tables.nodes[word as usize]);
@@ -228,7 +229,11 @@ impl Stream {
             for i in 0..leaves.len {
                 let slot = leaves.slots[i] as usize % SLOTS;
                 let row = slots.ray[slot] as usize % CHUNK;
-                let found = rays.test_leaf::<ANY>(row, slots.next[slot], tables, &given);
+                let word = slots.next[slot];
+                let found = match rays.test_leaf::<ANY>(row, word, tables) {
+                    Some(found) => found,
+                    None => rays.test_leaf_carefully::<ANY>(row, word, tables, &given(row)),
+                };
                 // A blocked ray leaves its stack as it is but for the sentinel.
                 let top = if ANY & found { 1 } else { slots.top[slot] as usize };
                 pop!(slot, top, rays.t[row] * WIDENING);
@@ -275,35 +280,29 @@ impl Rays {
     }
 
     /// Takes the closest hit in the block of leaf `word` if it is closer, or as close and of a lower id; whether anything is
-    /// hit. `given` has the rays as they came.
+    /// hit. `None` if triangles are precise or may be seen edge-on.
     #[inline(always)]
-    fn test_leaf<const ANY: bool>(
-        &mut self,
-        row: usize,
-        word: u32,
-        tables: Tables,
-        given: &impl Fn(usize) -> Ray,
-    ) -> bool {
+    fn test_leaf<const ANY: bool>(&mut self, row: usize, word: u32, tables: Tables) -> Option<bool> {
         let leaf = block_of(word);
         if holds_precise(word) {
-            return self.test_leaf_carefully::<ANY>(row, word, tables, &given(row));
+            return None;
         }
         let block = &tables.leaves[leaf];
         let edges = self.edges(row, block);
         if !edges.inside.any() {
-            return false;
+            return Some(false);
         }
         let t = edges.t_scaled / edges.det;
         let in_range = edges.inside & t.gt(F32x8::splat(self.tmin[row])) & t.le(F32x8::splat(self.t[row]));
         if !in_range.any() {
-            return false;
+            return Some(false);
         }
         let origin = [self.origin_x[row], self.origin_y[row], self.origin_z[row]];
         let least_det = F32x8::splat(reach(origin, tables.extent) * tables.least_det[leaf]);
         if (in_range & edges.det.abs().lt(least_det)).any() {
-            return self.test_leaf_carefully::<ANY>(row, word, tables, &given(row));
+            return None;
         }
-        self.take::<ANY>(row, block, &edges, in_range)
+        Some(self.take::<ANY>(row, block, &edges, in_range))
     }
 
     /// [`Rays::test_leaf`] where triangles are precise or may be seen edge-on. (All is worked out anew: what is kept for the sake
