@@ -123,7 +123,8 @@ fn surface_points_have_the_same_bits_whatever_idle_lanes_hold() {
                 normal: unit_vector(i, 30),
                 material: i,
                 light: u32::MAX,
-                offset: if i % 5 == 0 { PRECISE_OFFSET } else { 0.5 * i as f32 },
+                // (Every eighth has no area, and then no place in a tree.)
+                offset: if i % 5 == 0 && i % 8 != 0 { PRECISE_OFFSET } else { 0.5 * i as f32 },
                 inset: 100.0 * i as f32,
             }
         })

@@ -109,7 +109,8 @@ fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Choice,
     let pdf_dir = choice.probability * solid_angles.pdf_dir(by_area);
     let zero = F32x8::ZERO;
     let valid = distance_squared.gt(zero) & cosine.gt(zero) & light_cosine.gt(zero) & pdf_dir.gt(zero);
-    let near = valid.and_not(distance_squared.gt(F32x8::splat(lights.targets.far)));
+    let height_squared = light_cosine * light_cosine * distance_squared;
+    let near = valid.and_not(height_squared.gt(F32x8::splat(lights.targets.far)));
     let (shadow_tmax, target) = if near.any() {
         ends(lights, choice.emitter, &light.vertices, (points.origin, to_light), near)
     } else {

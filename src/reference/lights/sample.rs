@@ -109,7 +109,8 @@ fn sample_emitter(
         return None;
     }
     let radiance = emitted(lights, chosen, weights);
-    let (target, shadow_tmax) = match distance_squared > lights.targets.far as Real {
+    let height_squared = light_cosine * light_cosine * distance_squared;
+    let (target, shadow_tmax) = match height_squared > lights.targets.far as Real {
         true => (Target::Emitter, FREE_PART as Real),
         false => aim(lights, chosen, point.origin, to_light),
     };

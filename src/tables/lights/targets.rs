@@ -15,8 +15,9 @@ pub const MISSED: u32 = 1 << 31;
 /// (Whatever lies so close before an emitter makes it a precise one; see [`crate::bvh::precise`].)
 pub const FREE_PART: f32 = 1.0 - 1.0 / 131_072.0;
 
-/// From beyond 1/8 of their coordinates, and of their aspects times longest edges, the test of common triangles finds emitters
-/// where points on them are, to less than 2^-17 of the way: it errs by a few half-ulps (2^-24) of these.
+/// From higher over their planes than 1/8 of their coordinates, and of their aspects times longest edges, the test of common
+/// triangles finds emitters where points on them are, to less than 2^-17 of the way: it errs by a few half-ulps (2^-24) of these
+/// along the normal.
 const FAR: f32 = 1.0 / 8.0;
 
 /// No triangle.
@@ -29,8 +30,8 @@ const COPLANAR_SINE: f32 = 1e-4;
 pub struct Targets {
     /// Whether any emitter is precise: shadow rays then must know their targets.
     pub aimed: bool,
-    /// The squared distance beyond which shadow rays end at the points they were sent to; nearer, where the triangle test finds
-    /// the emitters.
+    /// The squared height over an emitter's plane beyond which shadow rays end at the points they were sent to; below, where the
+    /// triangle test finds the emitters.
     pub far: f32,
     /// Triangle ids.
     pub triangle: Vec<u32>,
