@@ -20,6 +20,9 @@ pub const OFFSET_HALF_ULPS: f32 = 8.0;
 /// Where a point is made in f64 (it and the start of the next ray are rounded once each), of the coordinates along the normal.
 pub const PRECISE_HALF_ULPS: f32 = 4.0;
 
+/// By how much of a triangle's coordinates its plane may be missed in f64: 16 ulps.
+pub const PLANE: f32 = 1.0 / (1u64 << 48) as f32;
+
 /// There points keep off the edges by 32 half-ulps of their own coordinates across them.
 const INSET: f64 = 32.0 / 16_777_216.0;
 
@@ -256,7 +259,8 @@ fn on_triangle(vertices: [[f32; 3]; 3], normal: [f32; 3], p: [f32; 3]) -> ([f32;
     }
     let point = p.to_array().map(|x| x as f32);
     let [x, y, z]: [f32; 3] = std::array::from_fn(|k| normal[k].abs() * point[k].abs());
-    (point, ((x + y) + z) * (PRECISE_HALF_ULPS * HALF_ULP))
+    let reach = vertices.iter().flatten().fold(0.0, |most: f32, x| if x.abs() > most { x.abs() } else { most });
+    (point, ((x + y) + z) * (PRECISE_HALF_ULPS * HALF_ULP) + reach * PLANE)
 }
 
 /// Barycentric sums.

@@ -24,6 +24,10 @@ pub const OFFSET_HALF_ULPS: Real = 8.0;
 /// Where a point is made in f64 (it and the start of the next ray are rounded once each), of the coordinates along the normal.
 pub const PRECISE_HALF_ULPS: Real = 4.0;
 
+/// By how much of a triangle's coordinates its plane may be missed in f64: 16 ulps. Moved onto a floor at y = 0, a point may be
+/// at y = -1e-23.
+pub const PLANE: Real = 1.0 / (1u64 << 48) as Real;
+
 /// Shading normals are bent towards the viewer until they make at least this cosine with the ray (or, nearly along the
 /// surface, the geometric normal's).
 pub const LEAST_FACING: Real = 0.01;
@@ -78,7 +82,8 @@ pub fn surface_point_on(
         position = nearest_on_triangle(triangle.vertices, found.unwrap_or(position));
     }
     if precise {
-        offset = front_normal.abs().dot(position.abs()) * (PRECISE_HALF_ULPS * HALF_ULP);
+        let reach = triangle.vertices.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+        offset = front_normal.abs().dot(position.abs()) * (PRECISE_HALF_ULPS * HALF_ULP) + reach as Real * PLANE;
     }
     if planted(Fault::WrongOffset) {
         offset = -offset;
