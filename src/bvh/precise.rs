@@ -1,6 +1,6 @@
 //! Triangles that single precision is too coarse for, and their test in double precision.
 //!
-//! The common test ([`crate::bvh::triangle`]) sees a triangle as if its corners had moved by a few half-ulps of their
+//! The common test (`triangle.rs`) sees a triangle as if its corners had moved by a few half-ulps of their
 //! distances from the ray's origin. That is nothing to most triangles. It is much to the width of a sliver, and to whatever
 //! stands on a triangle a thousand times its size. These two kinds are *precise*: whether and where a ray hits them is
 //! worked out in f64. So is, for any triangle, whether it is hit at all by a ray that sees it so nearly edge-on that rounding

@@ -4,11 +4,13 @@
 //!
 //! | limit | up to | within | row |
 //! | --- | --- | --- | --- |
-//! | distance from the origin | 1e4 times the scene's size | 1e-3 of the mean | `scale/offset_1e4_sizes` |
+//! | distance from the origin | 1e3 times the scene's size | 1e-3 of the mean | `scale/offset_1e1_to_1e3_sizes` |
+//! | the same, f32 coordinates stepping by 1e-3 of the scene | 1e4 times the scene's size | 5e-2 of the mean | `scale/offset_1e4_sizes` |
 //! | size of the scene | 1e-9 to 1e11 | twins render alike | `scale/powers_of_ten_are_twins` |
 //! | smallest light | 1e-12 sr | 5 standard errors | `lights/solid_angle_1e-12_to_2pi` |
 //! | aspect of a closed mesh, along the axes | 1e6 | no ray leaks | `geometry/leaks_of_corridors_to_1e6` |
 //! | aspect of a closed mesh, rotated | 1e4 | no ray leaks | `geometry/leaks_of_tilted_corridors_to_1e4` |
+//! | thinnest closed box | 1e-7 of its length | no ray leaks | `geometry/leaks_of_boxes_to_1e-7_thin` |
 //! | aspect of a light | 1e6 along the axes, 1e4 rotated | 5 standard errors | `lights/needle_to_1e6` |
 //! | largest triangle, along the axes | 1e6 times the detail on it | 1e-3 | `geometry/huge_ground_to_1e6` |
 //! | largest triangle, tilted | 1e4 times the detail on it | 1e-3 | `geometry/tilted_huge_ground_to_1e4` |
