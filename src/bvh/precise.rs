@@ -27,9 +27,9 @@ const SLIVER_ASPECT: f64 = 64.0;
 /// A triangle is huge if an object (triangles that share corners) so many times smaller lies on it: barycentric weights would
 /// place points where the object meets it by 1e-4 of the object, enough to put some behind its walls.
 const HUGE_RATIO: f32 = 512.0;
-/// It is precise as well if a lamp so many times smaller lies on it: rays would start up to 1e-4 of a tenth of the lamp too
-/// high ..
-const PRECISE_LAMP_RATIO: f32 = 512.0;
+/// It is precise as well if a lamp so many times smaller lies on it: where a lamp of ten heights stands over a floor 528 times
+/// its size, rays that started as common ones do lost 1.4e-4 of its light ..
+const PRECISE_LAMP_RATIO: f32 = 256.0;
 /// .. or any object so many times smaller: 1e-3 of it too high. So is what shares an edge with a sliver so many times
 /// narrower: rays would start beyond the far side of a thin box.
 const PRECISE_RATIO: f32 = 4096.0;
@@ -68,7 +68,7 @@ pub(super) fn classify(
     }
     let longest: Vec<f32> = ids.iter().map(|&id| longest_edge(vertices(id))).collect();
     let (least, most) = longest.iter().fold((f32::INFINITY, 0.0f32), |(a, b), &size| (a.min(size), b.max(size)));
-    if most > HUGE_RATIO * least {
+    if most > PRECISE_LAMP_RATIO * least {
         let objects = object_sizes(ids, positions, triangles);
         let of_lamp = |(&id, &size): (&u32, &f32)| if emits(id) { size } else { f32::INFINITY };
         let lamps: Vec<f32> = ids.iter().zip(&objects).map(of_lamp).collect();
@@ -76,9 +76,10 @@ pub(super) fn classify(
         for (&id, &size) in ids.iter().zip(&longest) {
             let place = bounds(vertices(id), size * ON_IT);
             let carries = |smallest: &[f32], ratio: f32| lies_on(tree, smallest, place, size / ratio);
-            if carries(&objects, HUGE_RATIO) {
-                let precise = carries(&objects, PRECISE_RATIO) || carries(&lamps, PRECISE_LAMP_RATIO);
-                mark(&mut classes, id, if precise { PRECISE | HUGE } else { HUGE });
+            if carries(&objects, PRECISE_RATIO) || carries(&lamps, PRECISE_LAMP_RATIO) {
+                mark(&mut classes, id, PRECISE | HUGE);
+            } else if carries(&objects, HUGE_RATIO) {
+                mark(&mut classes, id, HUGE);
             }
         }
     }
