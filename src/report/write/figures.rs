@@ -1,28 +1,24 @@
 //! Findings as plots.
 
 use crate::report::analysis::findings::{Finding, Point};
+use crate::report::write::numbers::exponent;
 use crate::report::write::plot::{Mark, Plot, Series};
 use crate::report::write::words::{Words, tag};
 use crate::strategy::Strategy;
 
-/// Error against CPU seconds and against samples a pixel.
-pub fn plots(words: &Words, light: &str) -> [Plot; 2] {
+/// Error against CPU seconds and against samples a pixel, each with the name of its file.
+pub fn plots(words: &Words, case: &str) -> [(Plot, &'static str); 2] {
     let of = |x: fn(&Point) -> f64| words.findings.iter().map(|f| series(words, f, x)).collect::<Vec<_>>();
-    let title = |against: &str| format!("Relative error against {against}, light: {light}");
-    let y_label = || "relative error".to_owned();
+    let of_case = if case.is_empty() { String::new() } else { format!(": {case}") };
+    let plot = |against: &str, x: fn(&Point) -> f64| Plot {
+        title: format!("Relative error against {against}{of_case}"),
+        x_label: against.to_owned(),
+        y_label: "relative error".to_owned(),
+        series: of(x),
+    };
     [
-        Plot {
-            title: title("CPU seconds"),
-            x_label: "CPU seconds".into(),
-            y_label: y_label(),
-            series: of(|point| point.cpu_seconds),
-        },
-        Plot {
-            title: title("samples a pixel"),
-            x_label: "samples a pixel".into(),
-            y_label: y_label(),
-            series: of(|point| point.spp),
-        },
+        (plot("CPU seconds", |point| point.cpu_seconds), "error-against-seconds"),
+        (plot("samples a pixel", |point| point.spp), "error-against-samples"),
     ]
 }
 
@@ -49,7 +45,7 @@ fn series(words: &Words, finding: &Finding, x: fn(&Point) -> f64) -> Series {
         }
         (false, Some(fit), _) if marks.len() > 1 => {
             let line = steps.map(|step| (step, fit.law.at(step).sqrt())).collect();
-            (line, format!("{:.2}", fit.law.slope / 2.0).replace('-', "−"), None)
+            (line, exponent(fit.law.slope / 2.0), None)
         }
         _ => (Vec::new(), String::new(), None),
     };
@@ -60,7 +56,9 @@ fn series(words: &Words, finding: &Finding, x: fn(&Point) -> f64) -> Series {
 /// Each strategy has a style of its own; where others are varied too, configurations take styles in turn.
 fn style(words: &Words, finding: &Finding) -> usize {
     let configurations = &words.experiment.configurations;
-    let own = configurations[finding.configuration];
+    let Some(&own) = configurations.get(finding.configuration) else {
+        return Strategy::ALL.len() + finding.configuration - configurations.len();
+    };
     let strategy = Strategy::ALL.iter().position(|strategy| *strategy == own.strategy).unwrap_or(0);
     let twins = configurations.iter().take(finding.configuration).filter(|other| other.strategy == own.strategy);
     strategy + 4 * twins.count()

@@ -5,37 +5,16 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::report::analysis::equal_time::Shown;
-use crate::report::analysis::findings::Finding;
-use crate::report::measure::experiment::{Budget, Case, Experiment, Measurements};
-use crate::report::measure::machine::Machine;
+use crate::report::measure::experiment::Budget;
 use crate::report::measure::truth::{Reference, Source};
+use crate::report::write::contents::Contents;
 use crate::report::write::figures;
 use crate::report::write::heatmap::{Canvas, Scale};
+use crate::report::write::numbers::{count, percent, seconds};
 use crate::report::write::plot;
 use crate::report::write::plot::{Layout, Plot};
-use crate::report::write::results::noise;
 use crate::report::write::tables;
-use crate::report::write::words::{Words, percent, seconds, tag};
-
-/// What a page is made of.
-pub struct Page<'a> {
-    /// What was run.
-    pub experiment: &'a Experiment,
-    /// One a case.
-    pub references: &'a [Reference],
-    /// The runs.
-    pub measured: &'a Measurements,
-    /// What they say.
-    pub findings: &'a [Finding],
-    /// Pictures at equal time.
-    pub shown: &'a [Shown],
-    /// Where it ran.
-    pub machine: &'a Machine,
-    /// What was typed.
-    pub command: &'a str,
-    /// All runs were made.
-    pub finished: bool,
-}
+use crate::report::write::words::{Words, tag};
 
 const STYLE: &str = "*{box-sizing:border-box}html{-webkit-text-size-adjust:100%}\
 body{margin:0;background:var(--paper);color:var(--ink);font:17px/1.55 Georgia,'Iowan Old Style','Times New Roman',serif}\
@@ -57,10 +36,16 @@ dt,.name{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;font-s
 .tag{font:600 .72rem system-ui,sans-serif;border:1px solid currentColor;border-radius:4px;padding:.05rem .35rem;margin-left:.4rem;vertical-align:.1em}\
 .scale{display:flex;align-items:center;gap:.6rem;font-size:.82rem;color:var(--soft);margin:.4rem 0 1rem}.scale i{display:block;width:12rem;height:.8rem}";
 
+/// The page as text.
+pub fn html(contents: &Contents) -> String {
+    Page(*contents).html()
+}
+
+struct Page<'a>(Contents<'a>);
+
 impl Page<'_> {
-    /// The page as text.
-    pub fn html(&self) -> String {
-        let name = scene_name(&self.experiment.cases[0].desc.name);
+    fn html(&self) -> String {
+        let name = self.scenes();
         let root = format!(":root{{color-scheme:light dark;{}}}", plot::LIGHT);
         let dark = format!("@media (prefers-color-scheme:dark){{:root{{{}}}}}", plot::DARK);
         let markup = html! {
@@ -77,7 +62,7 @@ impl Page<'_> {
                         h1 { "Error against run time: " (name) }
                         (self.facts())
                         (self.overview())
-                        @for (index, case) in self.experiment.cases.iter().enumerate() { (self.case(index, case)) }
+                        @for index in 0..self.0.experiment.cases.len() { (self.case(index)) }
                         (self.method())
                     }
                 }
@@ -87,76 +72,53 @@ impl Page<'_> {
     }
 
     fn facts(&self) -> Markup {
-        let (width, height) = self.experiment.film();
-        let (runs, of) = (self.measured.runs.len(), self.experiment.run_count());
-        let threads = match self.experiment.settings.threads {
-            0 => self.machine.cores,
+        let (width, height) = self.0.experiment.film();
+        let (runs, of) = (self.0.measured.runs.len(), self.0.experiment.run_count());
+        let threads = match self.0.experiment.settings.threads {
+            0 => self.0.machine.cores,
             n => n,
         };
         html! {
             p class="facts" {
-                (width) " × " (height) " pixels, " (runs) " runs, " (self.machine.cpu) ", " (threads)
+                (width) " × " (height) " pixels, " (runs) " runs, " (self.0.machine.cpu) ", " (threads)
                 (if threads == 1 { " thread" } else { " threads" }) ", " (crate::lanes::simd_level())
                 ", octray " (env!("CARGO_PKG_VERSION"))
             }
-            @if !self.finished {
+            @if !self.0.finished {
                 p { strong { "Stopped after " (runs) " of " (of) " runs." } " What follows is about these." }
             }
         }
     }
 
-    /// Where there are several lights: who is best under which.
+    /// The scenes' names.
+    fn scenes(&self) -> String {
+        let mut names: Vec<&str> = self.0.experiment.cases.iter().map(|case| case.scene_name.as_str()).collect();
+        names.dedup();
+        names.join(", ")
+    }
+
+    /// Where there are several cases: who is best in which, and over all.
     fn overview(&self) -> Markup {
-        let cases = &self.experiment.cases;
-        if cases.len() == 1 {
+        if self.0.experiment.cases.len() == 1 {
             return html! {};
         }
-        let words: Vec<Words> = (0..cases.len()).map(|case| self.words(case)).collect();
-        let of = |case: usize, configuration: usize| {
-            words[case].findings.iter().copied().find(|finding| finding.configuration == configuration)
-        };
-        let share = |case: usize, configuration: usize| words[case].relative_efficiency(of(case, configuration)?);
-        let text = |case: usize, configuration: usize| match (of(case, configuration), share(case, configuration)) {
-            (_, Some(share)) => percent(share),
-            (Some(finding), None) => tag(finding).unwrap_or("–").to_owned(),
-            (None, _) => "–".to_owned(),
-        };
-        html! {
-            p { "Efficiency as a share of the best, by the light that is left on." }
-            div class="scroll" {
-                table {
-                    tr { th { "" } @for case in cases { th { (case.light) } } }
-                    @for configuration in 0..self.experiment.configurations.len() {
-                        tr {
-                            td class="name" { (self.experiment.label(configuration)) }
-                            @for case in 0..cases.len() {
-                                td class=[(share(case, configuration) == Some(1.0)).then_some("best")] {
-                                    (text(case, configuration))
-                                }
-                            }
-                        }
-                    }
-                }
-            }
-        }
+        tables::overview(&self.words(0), self.0.summaries, self.0.findings)
     }
 
     fn words(&self, case: usize) -> Words<'_> {
-        let findings = self.findings.iter().filter(|finding| finding.case == case).collect();
-        Words { experiment: self.experiment, findings }
+        let findings = self.0.findings.iter().filter(|finding| finding.case == case).collect();
+        Words { experiment: self.0.experiment, findings }
     }
 
-    fn case(&self, index: usize, case: &Case) -> Markup {
+    fn case(&self, index: usize) -> Markup {
         let words = self.words(index);
         if words.findings.is_empty() {
             return html! {};
         }
-        let alone = self.experiment.cases.len() == 1;
-        let [by_seconds, by_samples] = figures::plots(&words, &case.light);
+        let title = self.0.experiment.case_title(index);
+        let [(by_seconds, _), (by_samples, _)] = figures::plots(&words, &title);
         html! {
-            @if !alone {
-                h2 { @if case.light == "all" { "All lights" } @else { "Only the light of " (case.light) } }
-            }
+            @if !title.is_empty() { h2 { (title) } }
             ul class="short" { @for sentence in words.in_short() { li { (sentence) } } }
             figure {
                 (plotted(&by_seconds))
@@ -185,13 +147,25 @@ impl Page<'_> {
             h3 { "CPU time to an error" }
             (tables::prices(&words))
             (tables::samples(&words))
-            (tables::regions(&words))
+            (tables::distribution(&words))
+            (self.regions(&words))
             (self.pictures(index, &words))
         }
     }
 
+    fn regions(&self, words: &Words) -> Markup {
+        if self.0.experiment.regions.is_empty() {
+            return html! {};
+        }
+        html! {
+            h3 { "By region" }
+            p { "Relative error in parts of the film at the largest budget; the least of each in bold." }
+            (tables::regions(words))
+        }
+    }
+
     fn pictures(&self, case: usize, words: &Words) -> Markup {
-        let shown: Vec<&Shown> = self.shown.iter().filter(|shown| shown.case == case).collect();
+        let shown: Vec<&Shown> = self.0.shown.iter().filter(|shown| shown.case == case).collect();
         let Some(first) = shown.first() else { return html! {} };
         let scale = heat_scale(&shown);
         let time = shown.iter().map(|shown| shown.cpu_seconds).sum::<f64>() / shown.len() as f64;
@@ -207,13 +181,13 @@ impl Page<'_> {
             }
             div class="pictures" {
                 @for shown in &shown {
-                    @let label = self.experiment.label(shown.configuration);
+                    @let label = self.0.experiment.label(shown.configuration);
                     @let found = words.findings.iter().find(|finding| finding.configuration == shown.configuration);
                     figure {
                         div class="pair" {
-                            (picture(&shown.film.png(), &format!("{label}, {} samples a pixel", shown.spp)))
+                            (picture(&shown.image.srgb8(self.0.experiment.exposure), &format!("{label}, {} samples a pixel", shown.spp)))
                             (picture(
-                                &Canvas::plain(&shown.errors, first.film.width, scale).png(),
+                                &Canvas::plain(&shown.errors, first.image.width, scale).png(),
                                 &format!("relative error of {label}"),
                             ))
                         }
@@ -230,7 +204,7 @@ impl Page<'_> {
     }
 
     fn method(&self) -> Markup {
-        let experiment = self.experiment;
+        let experiment = self.0.experiment;
         let budgets: Vec<String> = experiment.budgets.iter().map(budget_text).collect();
         html! {
             h2 { "How this was measured" }
@@ -243,9 +217,9 @@ impl Page<'_> {
                  over runs in 1,024 tiles; those of the slopes hold for all strategies at once. The bias is that of all runs of a \
                  configuration together; z is its distance from 0 in standard errors, the reference's included."
             }
-            @for (case, reference) in experiment.cases.iter().zip(self.references) { (reference_text(case, reference)) }
+            @for (case, reference) in self.0.references.iter().enumerate() { (reference_text(&experiment.case_title(case), reference)) }
             p { "To repeat it:" }
-            pre { (self.command) }
+            pre { (self.0.command) }
             p {
                 "The runs are in " code { "converge.csv" } ", everything else in " code { "converge.json" } ", the plots and \
                  pictures beside them."
@@ -268,14 +242,9 @@ pub fn heat_scale(shown: &[&Shown]) -> Scale {
     Scale::fitting(&all)
 }
 
-fn scene_name(path: &str) -> String {
-    let name = std::path::Path::new(path).file_stem().map(|name| name.to_string_lossy().into_owned());
-    name.unwrap_or_else(|| path.to_owned())
-}
-
 fn budget_text(budget: &Budget) -> String {
     match budget {
-        Budget::Spp(spp) => format!("{spp} samples a pixel"),
+        Budget::Spp(spp) => format!("{} a pixel", count((*spp).into(), "sample")),
         Budget::Time(time) => seconds(time.as_secs_f64()),
     }
 }
@@ -293,12 +262,12 @@ fn gradient(scale: Scale) -> String {
     format!("background:linear-gradient(90deg,{})", (0..=10).map(stop).collect::<Vec<_>>().join(","))
 }
 
-fn reference_text(case: &Case, reference: &Reference) -> Markup {
-    let (_, noise) = noise(reference);
+fn reference_text(title: &str, reference: &Reference) -> Markup {
+    let (_, noise) = reference.noise();
     let noise = percent(noise.sqrt());
     html! {
         p {
-            @if case.light == "all" { "The reference" } @else { "The reference for " (case.light) }
+            @if title.is_empty() { "The reference" } @else { "The reference for " (title) }
             @match &reference.source {
                 Source::ClosedForm => { " is exact: inside a closed surface that emits E and reflects the share a, the radiance is \
                                          E / (1 − a)." }
