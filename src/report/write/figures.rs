@@ -16,12 +16,14 @@ pub fn plots(words: &Words, light: &str) -> [Plot; 2] {
             x_label: "CPU seconds".into(),
             y_label: y_label(),
             series: of(|point| point.cpu_seconds),
+            ..Plot::default()
         },
         Plot {
             title: title("samples a pixel"),
             x_label: "samples a pixel".into(),
             y_label: y_label(),
             series: of(|point| point.spp),
+            ..Plot::default()
         },
     ]
 }
@@ -54,7 +56,7 @@ fn series(words: &Words, finding: &Finding, x: fn(&Point) -> f64) -> Series {
         _ => (Vec::new(), String::new(), None),
     };
     let note = tag(finding).map_or(note, str::to_owned);
-    Series { label: words.label(finding), note, style: style(words, finding), marks, line, floor }
+    Series { label: words.label(finding), note, style: style(words, finding), marks, line, floor, ..Series::default() }
 }
 
 /// Each strategy has a style of its own; where others are varied too, configurations take styles in turn.
