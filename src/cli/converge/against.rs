@@ -6,7 +6,7 @@
 use crate::cli::converge::setup::whole_image;
 use crate::error::{Error, Result};
 use crate::image::Image;
-use crate::report::measure::experiment::{Experiment, Run};
+use crate::report::measure::experiment::{Experiment, Run, spectrum_of};
 use crate::report::measure::run_error::measure;
 use crate::report::measure::truth::Reference;
 use std::collections::HashMap;
@@ -67,6 +67,7 @@ impl Others {
                 lanes_used: None,
                 walk_lanes_used: None,
                 faults: 0,
+                spectrum: spectrum_of(&image, &references[row.case].image),
             });
             *repeat += 1;
             experiment.others_images.push(image);

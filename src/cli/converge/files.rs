@@ -9,7 +9,7 @@ use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::findings::Finding;
 use crate::report::measure::experiment::Experiment;
 use crate::report::write::contents::Contents;
-use crate::report::write::figures;
+use crate::report::write::figures::{Figure, figures};
 use crate::report::write::heatmap::Canvas;
 use crate::report::write::page::{self, heat_scale};
 use crate::report::write::plot::Layout;
@@ -79,8 +79,8 @@ impl Files {
     fn plots(&self, experiment: &Experiment, findings: &[Finding]) -> Result<()> {
         for index in 0..experiment.cases.len() {
             let words = Words { experiment, findings: of_case(findings, index).collect() };
-            for (plot, against) in figures::plots(&words, &experiment.case_title(index)) {
-                let name = format!("{against}{}.svg", suffix(experiment, index));
+            for Figure { plot, name } in figures(&words, &experiment.case_title(index)) {
+                let name = format!("{name}{}.svg", suffix(experiment, index));
                 self.text(&name, &plot.svg(Layout::FILE).into_string())?;
             }
         }

@@ -6,7 +6,8 @@ use crate::image::Image;
 use crate::render::render_with;
 use crate::report::analysis::findings::Finding;
 use crate::report::measure::experiment::{Budget, Experiment};
-use crate::report::measure::metrics::relative_errors;
+use crate::report::measure::flip;
+use crate::report::measure::metrics::{psnr, relative_errors};
 use crate::report::measure::run_error::measure;
 use crate::report::measure::truth::Reference;
 
@@ -20,8 +21,14 @@ pub struct Shown {
     pub spp: u32,
     /// CPU seconds it took.
     pub cpu_seconds: f64,
+    /// Its mean squared error.
+    pub mse: f64,
     /// Its relMSE.
     pub relmse: f64,
+    /// Its peak signal-to-noise ratio as it is seen, in dB; `None` where it is the reference.
+    pub psnr: Option<f64>,
+    /// Its mean HDR-FLIP.
+    pub flip: f64,
     /// The picture.
     pub image: Image,
     /// The relative error of every pixel.
@@ -63,7 +70,7 @@ pub fn render(
                 return shown;
             }
             let image = render.film.to_image();
-            shown.push(new(finding, spp, render.stats.cpu_s, image, &reference.image));
+            shown.push(new(experiment, finding, spp, render.stats.cpu_s, image, &reference.image));
         }
     }
     shown
@@ -75,16 +82,20 @@ fn nearest(experiment: &Experiment, finding: &Finding, seconds: f64, reference: 
     let own = runs.filter(|(run, _)| (run.case, run.configuration) == (finding.case, finding.configuration));
     let distance = |cpu_seconds: f64| (cpu_seconds / seconds).ln().abs();
     let (run, image) = own.min_by(|(a, _), (b, _)| distance(a.cpu_seconds).total_cmp(&distance(b.cpu_seconds)))?;
-    Some(new(finding, run.spp, run.cpu_seconds, image.clone(), reference))
+    Some(new(experiment, finding, run.spp, run.cpu_seconds, image.clone(), reference))
 }
 
-fn new(finding: &Finding, spp: u32, cpu_seconds: f64, image: Image, reference: &Image) -> Shown {
+fn new(experiment: &Experiment, finding: &Finding, spp: u32, cpu_seconds: f64, image: Image, reference: &Image) -> Shown {
+    let measured = measure(&image, reference, &[]);
     Shown {
         case: finding.case,
         configuration: finding.configuration,
         spp,
         cpu_seconds,
-        relmse: measure(&image, reference, &[]).relmse,
+        mse: measured.mse,
+        relmse: measured.relmse,
+        psnr: psnr(&image, reference, experiment.exposure),
+        flip: flip::mean(&flip::hdr(&image, reference, flip::PIXELS_PER_DEGREE)),
         errors: relative_errors(&image, reference),
         image,
     }

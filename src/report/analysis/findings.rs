@@ -10,7 +10,9 @@ use crate::report::analysis::statistics::{
     Estimate, Fit, FitPoint, Interval, deviation, fit, mean, simultaneous_95, student_quantile,
 };
 use crate::report::measure::experiment::{Experiment, Measurements, Run};
+use crate::report::measure::metrics::variance_of_channel_mean;
 use crate::report::measure::run_error::Pool;
+use crate::report::measure::spectrum::Spectrum;
 use crate::report::measure::truth::Reference;
 
 /// A bias further than this many standard errors from 0 is one.
@@ -53,6 +55,8 @@ pub struct Point {
     pub walk_lanes_used: Option<f64>,
     /// Mean relMSE by region.
     pub regions: Vec<f64>,
+    /// The power spectrum of the error, mean over runs, less the reference's noise.
+    pub spectrum: Option<Spectrum>,
     /// Share of the squared error in low frequencies, as a multiple of white noise's; `null` where the error is 0.
     pub low_frequencies: Option<f64>,
     /// `relmse` with its standard error.
@@ -212,7 +216,8 @@ fn find(runs: &[&Run], pool: &Pool, reference: &Image, exact: bool, confidence: 
     runs.iter().for_each(|run| by_budget.entry(run.budget).or_default().push(run));
     let groups: Vec<Vec<&Run>> = by_budget.into_values().collect();
     let bias = bias_of(pool, &groups, reference);
-    let points: Vec<Point> = groups.iter().map(|group| point(group, bias.floor.shared_variance)).collect();
+    let noise = white_noise(reference);
+    let points: Vec<Point> = groups.iter().map(|group| point(group, bias.floor.shared_variance, noise)).collect();
     let mse = |group: &Vec<&Run>| estimate(group, |run| &run.error.mse_by_tile);
     let mse_estimates: Vec<Option<Estimate>> = groups.iter().map(mse).collect();
     let relmse_estimates: Vec<Option<Estimate>> = points.iter().map(|point| point.estimate).collect();
@@ -280,8 +285,17 @@ fn floor_interval(bias: &Bias) -> Option<Interval> {
     Some(interval.map(|end| end.max(0.0)))
 }
 
-/// Means and intervals of one group of runs; `shared` is the part of relMSE's variance that is the same in all of them.
-fn point(runs: &[&Run], shared: f64) -> Point {
+/// The mean variance of the reference's pixels, channels averaged: white noise in the spectrum of every error.
+fn white_noise(reference: &Image) -> f64 {
+    let variances = reference.variance.iter().flatten().map(variance_of_channel_mean);
+    variances.sum::<f64>() / reference.pixels.len() as f64
+}
+
+/// Means and intervals of one group of runs; `shared` is the part of relMSE's variance that is the same in all of them,
+/// `noise` the reference's in the spectrum.
+fn point(runs: &[&Run], shared: f64, noise: f64) -> Point {
+    let spectra: Vec<Spectrum> = runs.iter().map(|run| run.spectrum.clone()).collect();
+    let spectrum = Spectrum::mean(&spectra).map(|mean| mean.without_white_noise(noise));
     let values = |value: fn(&Run) -> f64| runs.iter().map(|run| value(run)).collect::<Vec<_>>();
     let of = |value: fn(&Run) -> f64| mean(&values(value));
     let rays = of(|run| run.rays.iter().sum::<u64>() as f64);
@@ -310,7 +324,8 @@ fn point(runs: &[&Run], shared: f64) -> Point {
         lanes_used: shares(|run| run.lanes_used),
         walk_lanes_used: shares(|run| run.walk_lanes_used),
         regions: regions.map(|i| mean(&runs.iter().map(|run| run.error.regions[i]).collect::<Vec<_>>())).collect(),
-        low_frequencies: None,
+        low_frequencies: spectrum.as_ref().and_then(Spectrum::low_frequency_share),
+        spectrum,
         estimate: estimate_of_relmse,
     }
 }

@@ -1,6 +1,7 @@
 //! Synthetic experiments whose answers are known.
 
 use super::*;
+use crate::report::measure::experiment::spectrum_of;
 use crate::report::measure::run_error::{Measured, TILES, measure};
 use crate::sampler::{random_words, unit};
 
@@ -41,6 +42,7 @@ fn run(image: &Image, reference: &Image, budget: usize, repeat: u32, spp: u32) -
         lanes_used: Some(0.5),
         walk_lanes_used: Some(0.25),
         faults: 0,
+        spectrum: spectrum_of(image, reference),
     }
 }
 
@@ -303,7 +305,7 @@ fn the_level_of_a_biased_strategy_lies_in_its_interval() {
         let group: Vec<&Run> = runs.iter().collect();
         let bias = bias_of(&pool, std::slice::from_ref(&group), &reference);
         held.count("level", floor_interval(&bias), level);
-        held.count("error of a biased strategy", point(&group, bias.floor.shared_variance).relmse_interval, of_a_run);
+        held.count("error of a biased strategy", point(&group, bias.floor.shared_variance, 0.0).relmse_interval, of_a_run);
     }
     held.check();
 }

@@ -16,6 +16,7 @@ use crate::fingerprint::Fingerprint;
 use crate::image::Image;
 use crate::render::render_with;
 use crate::report::measure::run_error::{Measured, Pool, Region, measure};
+use crate::report::measure::spectrum::{Spectrum, error_image, error_spectrum};
 use crate::report::measure::truth::Reference;
 use crate::scene::SceneDesc;
 use crate::settings::{Engine, Lights, Sampler, Settings};
@@ -127,6 +128,8 @@ pub struct Run {
     pub walk_lanes_used: Option<f64>,
     /// Samples that were not finite, and paths cut at the depth guard.
     pub faults: u64,
+    /// The power spectrum of its error.
+    pub spectrum: Spectrum,
 }
 
 /// What has been measured so far.
@@ -342,6 +345,15 @@ fn more_samples(spp: u32, growth: f64) -> Option<u32> {
     (whole < f64::from(u32::MAX)).then_some(whole as u32)
 }
 
+/// Rings of a run's spectrum.
+const RINGS: usize = 24;
+
+/// The power spectrum of the error of `image`.
+pub fn spectrum_of(image: &Image, reference: &Image) -> Spectrum {
+    let (width, height) = (image.width as usize, image.height as usize);
+    error_spectrum(&error_image(image, reference), width, height, RINGS)
+}
+
 /// Which run of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Place {
@@ -374,6 +386,7 @@ impl Place {
                 sum(|stage| stage.walk_lanes_possible.unwrap_or(0)),
             ),
             faults: stats.nonfinite + stats.guarded,
+            spectrum: spectrum_of(image, &reference.image),
         }
     }
 }

@@ -18,7 +18,7 @@
 //! findings[]                   one a case and configuration: the fields of Finding; indices count from 0 in the lists above
 //! summaries[]                  one a configuration: {configuration, geometric_mean, worst: [case, share]}
 //! runs[]                       one a run: indices, seed, spp, seconds, errors, rays, lanes
-//! equal_time[]                 the images of the report: {case, configuration, spp, cpu_seconds, relmse}
+//! equal_time[]                 the images of the report: {case, configuration, spp, cpu_seconds, mse, relmse, psnr, flip}
 //! ```
 
 use std::fmt::Write;
@@ -126,7 +126,10 @@ struct ShownRow {
     configuration: usize,
     spp: u32,
     cpu_seconds: f64,
+    mse: f64,
     relmse: f64,
+    psnr: Option<f64>,
+    flip: f64,
 }
 
 impl<'a> Results<'a> {
@@ -215,8 +218,8 @@ fn run(run: &Run) -> RunRow<'_> {
 }
 
 fn shown_row(shown: &Shown) -> ShownRow {
-    let Shown { case, configuration, spp, cpu_seconds, relmse, .. } = *shown;
-    ShownRow { case, configuration, spp, cpu_seconds, relmse }
+    let Shown { case, configuration, spp, cpu_seconds, mse, relmse, psnr, flip, .. } = *shown;
+    ShownRow { case, configuration, spp, cpu_seconds, mse, relmse, psnr, flip }
 }
 
 /// `converge.csv`: one row a run, in the order in which they ran, then the other renderers'. `mse` and `relmse` have the

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::findings::{Finding, Point, Verdict, sample_ratio};
 use crate::report::analysis::summary::{Summary, share_of_best};
 use crate::report::write::numbers::{
@@ -179,6 +180,27 @@ pub fn distribution(words: &Words) -> Markup {
         }
         (scrolling(&rows))
     }
+}
+
+/// The images at equal time in figures.
+pub fn equal_time(words: &Words, shown: &[&Shown]) -> Markup {
+    let rows = html! {
+        tr {
+            th { "" } th { "error" } th { "CPU time" } th { "samples" br; "a pixel" } th { "MSE" } th { "PSNR" } th { "FLIP" }
+        }
+        @for shown in shown {
+            tr {
+                td class="name" { (words.experiment.label(shown.configuration)) }
+                td { (percent(shown.relmse.max(0.0).sqrt())) }
+                td { (seconds(shown.cpu_seconds)) }
+                td { @if shown.spp > 0 { (shown.spp) } @else { (dash()) } }
+                td { (significant(shown.mse, 2)) }
+                td { (shown.psnr.map_or_else(dash, |psnr| format!("{}\u{a0}dB", significant(psnr, 3)))) }
+                td { (significant(shown.flip, 2)) }
+            }
+        }
+    };
+    scrolling(&rows)
 }
 
 /// The error in parts of the film at the largest budget.
