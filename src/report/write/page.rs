@@ -179,7 +179,8 @@ impl Page<'_> {
         let scale = heat_scale(&shown);
         let image = |rgb: &[u8], what: &str| {
             let small = width.max(height) < SMALL_IMAGE;
-            zoomable(&data_uri("jpeg", &images::jpeg(rgb, width, height, images::QUALITY)), width, height, what, small)
+            let (kind, bytes) = images::picture(rgb, width, height, images::MOST_BYTES);
+            zoomable(&data_uri(kind, &bytes), width, height, what, small)
         };
         let tagged = |shown: &Shown| {
             let found = words.findings.iter().find(|finding| finding.configuration == shown.configuration);
