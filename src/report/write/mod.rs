@@ -4,6 +4,7 @@
 
 pub mod figures;
 pub mod heatmap;
+pub mod images;
 pub mod page;
 pub mod plot;
 pub mod results;
