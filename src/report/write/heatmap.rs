@@ -1,14 +1,19 @@
 //! Pictures of an error: one colour a pixel, on a logarithmic scale, with a legend drawn beside.
 //!
 //! Colours are viridis (Smith and van der Walt 2015): even in perceived lightness, so that it reads the same in print
-//! without colour and to the colour-blind. Dark is a small error, bright a large one.
+//! without colour and to the colour-blind. Dark is a small error, bright a large one. Colours come in steps, at most eight a
+//! decade, so that files have a small palette: noise is what pictures of errors are made of, and every step fewer saves.
 
 use crate::error::Result;
 use crate::image::atomic;
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder};
-use std::io;
+use crate::report::write::images;
+use crate::report::write::plot::number;
+use maud::{Markup, html};
 use std::path::Path;
+
+/// Steps of colour in a decade, and in all.
+const STEPS_A_DECADE: i32 = 8;
+const MOST_STEPS: i32 = 32;
 
 /// Decades of the scale: from 10^`low` to 10^`high`; what lies outside takes the colour of the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,14 +36,29 @@ impl Scale {
 
     /// Where `value` stands between the ends, in [0, 1].
     fn position(self, value: f64) -> f64 {
-        let decades = (self.high - self.low).max(1) as f64;
+        let decades = self.decades() as f64;
         if value > 0.0 { ((value.log10() - self.low as f64) / decades).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    fn decades(self) -> i32 {
+        (self.high - self.low).max(1)
+    }
+
+    /// How many colours there are: a whole number a decade.
+    fn steps(self) -> i32 {
+        self.decades() * (MOST_STEPS / self.decades()).clamp(1, STEPS_A_DECADE)
+    }
+
+    /// The colour of a step, counted from the darkest.
+    fn step(self, step: i32) -> [u8; 3] {
+        let last = (self.steps() - 1).max(1);
+        let color = colorous::VIRIDIS.eval_continuous(step.clamp(0, last) as f64 / last as f64);
+        [color.r, color.g, color.b]
     }
 
     /// The colour of `value`, 8-bit sRGB.
     pub fn color(self, value: f64) -> [u8; 3] {
-        let color = colorous::VIRIDIS.eval_continuous(self.position(value));
-        [color.r, color.g, color.b]
+        self.step((self.position(value) * self.steps() as f64).floor() as i32)
     }
 }
 
@@ -126,12 +146,9 @@ impl Canvas {
         }
     }
 
-    /// The picture as a PNG file.
+    /// The picture as a PNG file, with a palette.
     pub fn png(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        // Writing into memory fails only for sizes that do not match the bytes, and these do.
-        let _ = self.encode(&mut bytes);
-        bytes
+        images::png(&self.bytes, self.width, self.height)
     }
 
     /// Writes the picture to `path` as PNG, whole or not at all.
@@ -139,13 +156,33 @@ impl Canvas {
     /// # Errors
     /// [`crate::Error::Write`].
     pub fn save(&self, path: &Path) -> Result<()> {
-        atomic::write(path, |out| self.encode(out))
+        atomic::write(path, |out| images::write_png(out, &self.bytes, self.width, self.height))
     }
+}
 
-    fn encode(&self, out: impl io::Write) -> io::Result<()> {
-        let encoder = PngEncoder::new(out);
-        let written = encoder.write_image(&self.bytes, self.width, self.height, ExtendedColorType::Rgb8);
-        written.map_err(|error| io::Error::other(error.to_string()))
+/// How [`scale_legend`] looks. `--paper`, `--ink` and `--soft` are those of [`super::plot::LIGHT`].
+pub const STYLE: &str = ".heat{position:relative;max-width:26rem;height:2.3rem;margin:.4rem 1.6rem 1rem 1.2rem;\
+font:.82rem system-ui,-apple-system,'Segoe UI',Roboto,sans-serif;color:var(--soft)}\
+.heat i{position:absolute;top:0;left:0;right:0;height:.8rem;-webkit-print-color-adjust:exact;print-color-adjust:exact}\
+.heat span{position:absolute;top:1.15rem;transform:translateX(-50%);white-space:nowrap}\
+.heat span::before{content:'';position:absolute;left:50%;top:-.35rem;height:.3rem;border-left:1px solid var(--ink)}";
+
+/// The colours of `scale` for a page, with a tick and a label in per cent at every decade.
+pub fn scale_legend(scale: Scale) -> Markup {
+    let share = |part: i32, of: i32| number((1e4 * part as f64 / of as f64).round() / 100.0) + "%";
+    let hex = |[r, g, b]: [u8; 3]| format!("#{r:02x}{g:02x}{b:02x}");
+    let (steps, decades) = (scale.steps(), scale.decades());
+    let stop = |i: i32| format!("{} {} {}", hex(scale.step(i)), share(i, steps), share(i + 1, steps));
+    let stops: Vec<String> = (0..steps).map(stop).collect();
+    let label = |exponent: i32| format!("{}\u{a0}%", number(10f64.powi(exponent + 2)));
+    let ends = format!("Relative error by colour, from {} (dark) to {} (bright)", label(scale.low), label(scale.high));
+    html! {
+        div class="heat" role="img" aria-label=(ends) {
+            i style=(format!("background:linear-gradient(90deg,{})", stops.join(","))) {}
+            @for decade in 0..=decades {
+                span style=(format!("left:{}", share(decade, decades))) { (label(scale.low + decade)) }
+            }
+        }
     }
 }
 
@@ -219,5 +256,54 @@ mod tests {
         let read = image::load_from_memory(&canvas.png()).unwrap();
         assert_eq!((read.width(), read.height()), (canvas.width, canvas.height));
         assert_eq!([-4, -3, -2, 0, 1, -7, 3].map(per_cent), ["0.01%", "0.1%", "1%", "100%", "1000%", "1e-5%", "1e5%"]);
+    }
+
+    #[test]
+    fn colors_come_in_few_steps_that_end_at_decades() {
+        for (low, high) in [(-3, 0), (-1, 0), (-5, 1), (-12, 6), (-40, 6)] {
+            let scale = Scale { low, high };
+            let decades = high - low;
+            let exponents = (0..=decades * 200).map(|i| low as f64 + i as f64 / 200.0 - 0.0025);
+            let colors: std::collections::BTreeSet<_> = exponents.map(|e| scale.color(10f64.powf(e))).collect();
+            assert_eq!(colors.len() as i32, scale.steps());
+            assert!(scale.steps() <= MOST_STEPS.max(decades) && scale.steps() % decades == 0);
+            for exponent in low + 1..high {
+                let (below, above) = (10f64.powf(exponent as f64 - 1e-6), 10f64.powf(exponent as f64 + 1e-6));
+                assert_ne!(scale.color(below), scale.color(above), "a decade begins with a colour of its own");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_makes_a_small_file() {
+        // Relative errors of a noisy picture: magnitudes of normal deviates, here of sums of twelve uniform ones.
+        let uniform = |i: usize| {
+            let mut h = (i as u32).wrapping_mul(0x9E37_79B9);
+            for _ in 0..3 {
+                h = (h ^ (h >> 16)).wrapping_mul(0x7FEB_352D);
+            }
+            (h >> 8) as f64 / 16_777_216.0
+        };
+        let deviate = |i: usize| (0..12).map(|j| uniform(12 * i + j)).sum::<f64>() - 6.0;
+        let values: Vec<f64> = (0..256 * 256).map(|i| 0.2 * deviate(i).abs()).collect();
+        let canvas = Canvas::plain(&values, 256, Scale::fitting(&values));
+        let bytes = canvas.png();
+        assert!(bytes.len() < 38_000, "{}", bytes.len());
+        assert_eq!(image::load_from_memory(&bytes).unwrap().into_rgb8().into_raw(), canvas.bytes);
+        let labelled = Canvas::with_legend(&values, 256, Scale::fitting(&values)).png();
+        assert!(labelled.len() < 42_000 && labelled[25] == 3, "{}", labelled.len());
+    }
+
+    #[test]
+    fn the_legend_of_a_page_labels_every_decade() {
+        let text = scale_legend(Scale { low: -7, high: -1 }).into_string();
+        let page = scraper::Html::parse_fragment(&text);
+        let spans = scraper::Selector::parse(".heat span").unwrap();
+        let labels: Vec<String> =
+            page.select(&spans).map(|span| span.text().collect::<String>().replace('\u{a0}', " ")).collect();
+        assert_eq!(labels, ["10⁻⁵ %", "0.0001 %", "0.001 %", "0.01 %", "0.1 %", "1 %", "10 %"]);
+        assert!(text.contains("left:0%") && text.contains("left:50%") && text.contains("left:100%"));
+        let one = Scale { low: 0, high: 0 };
+        assert!(scale_legend(one).into_string().contains("100\u{a0}%"));
     }
 }

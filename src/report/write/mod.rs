@@ -6,6 +6,7 @@ pub mod contents;
 pub mod figures;
 pub mod heatmap;
 pub mod numbers;
+pub mod images;
 pub mod page;
 pub mod plot;
 pub mod results;

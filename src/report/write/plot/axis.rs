@@ -229,8 +229,8 @@ mod tests {
     #[test]
     fn labels_reach_both_ends_and_never_touch() {
         let mut ranges = Vec::new();
-        for decade in [-9, -3, -1, 0, 2, 5] {
-            for mantissa in [1.0, 1.07, 1.49, 2.0, 3.3, 4.99, 7.0, 9.99] {
+        for decade in [-9, -1, 0, 5] {
+            for mantissa in [1.0, 1.07, 2.0, 3.3, 4.99, 9.99] {
                 for spread in [1.0, 1.01, 1.1, 1.3, 1.9, 3.0, 4.8, 9.0, 10.0, 14.0, 40.0, 300.0, 1e4, 1e7, 1e13] {
                     let low = mantissa * 10f64.powi(decade);
                     ranges.push((low, low * spread));

@@ -19,19 +19,23 @@ pub(super) struct Name<'a> {
     pub end: (f64, f64),
 }
 
-/// The room that the names of `series` take, at most `most`.
+/// How wide a name and its note are.
+fn extent(label: &str, note: &str) -> f64 {
+    width(label) + if note.is_empty() { 0.0 } else { width(" ") + width(note) }
+}
+
+/// The room that the names of `series` take, at least 0.7 of `most`, so that plots above each other end alike, and at most
+/// `most`.
 pub(super) fn room<'a>(series: impl Iterator<Item = &'a Series>, most: f64) -> f64 {
-    let text = |series: &Series| match series.note.is_empty() {
-        true => width(&series.label),
-        false => width(&series.label) + width(" ") + width(&series.note),
-    };
-    let widest = series.map(text).fold(0.0, f64::max);
-    (BEFORE + widest + AFTER).min(most)
+    let widest = series.map(|series| extent(&series.label, &series.note)).fold(0.0, f64::max);
+    (BEFORE + widest + AFTER).clamp(0.7 * most, most)
 }
 
 /// What fits into `room` of a name and its note: the note goes first, then the end of the name.
 fn fitting(label: &str, note: &str, room: f64) -> (String, String) {
-    if width(label) + width(" ") + width(note) <= room {
+    // Sums in another order differ in their last bits.
+    let room = room + 1e-6;
+    if extent(label, note) <= room {
         return (label.to_owned(), note.to_owned());
     }
     let mut short: Vec<char> = label.chars().collect();
@@ -53,7 +57,7 @@ pub(super) fn at_ends(mut names: Vec<Name>, right: f64, room: f64, top: f64, bot
             @let style = Style::of(series.style);
             @let (label, note) = fitting(&series.label, &series.note, room - BEFORE - AFTER);
             path class="lead" d=(path([(px + style.reach + 2.0, py), (right + 10.0, place)].into_iter())) {}
-            g style=(color(series.style)) { (style.marker(right + 21.0, place)) }
+            g style=(color(series.style)) { (style.marker(right + 21.0, place, 1.0)) }
             text x=(at(right + BEFORE)) y=(at(place)) dy="4" {
                 @if label != series.label { title { (series.label) " " (series.note) } }
                 (label)
@@ -71,7 +75,7 @@ pub fn legend(series: &[(&str, usize)]) -> Markup {
                 li {
                     svg class="plot key" viewBox="0 0 44 16" width="44" height="16" aria-hidden="true" style=(color(*style)) {
                         (Style::of(*style).line("M1 8H43"))
-                        (Style::of(*style).marker(22.0, 8.0))
+                        (Style::of(*style).marker(22.0, 8.0, 1.0))
                     }
                     (name)
                 }
@@ -142,8 +146,12 @@ mod tests {
     fn room_follows_the_names() {
         let named = |label: &str| Series { label: label.into(), ..Series::default() };
         let all = [named("nee"), named("mis-one-sample")];
-        assert!(room(all.iter(), 300.0) > room(all[..1].iter(), 300.0));
-        assert_eq!(room(all.iter(), 60.0), 60.0);
+        assert!(room(all.iter(), 200.0) > room(all[..1].iter(), 200.0));
+        assert_eq!([room(all.iter(), 60.0), room(all[..1].iter(), 400.0)], [60.0, 280.0]);
+        // The widest name has just the room it needs.
+        let names = all.map(|series| series.label);
+        let most = room([named(&names[1])].iter(), 200.0);
+        assert_eq!(fitting(&names[1], "", most - BEFORE - AFTER).0, names[1]);
     }
 
     #[test]

@@ -95,7 +95,7 @@ impl Plot {
                     (self.layer(|style| style.width, |series| series.lines(&x, &y)))
                     (self.layer(|_| 0.0, |series| series.bars(&x, &y)))
                 }
-                (self.layer(|style| style.reach, |series| series.markers(&x, &y)))
+                (self.layer(|style| style.reach, |series| series.markers(&x, &y, layout.markers)))
                 @if layout.has_names() {
                     (labels::at_ends(self.names(&x, &y), frame.right, width - frame.right, frame.top, frame.bottom))
                 }
@@ -185,7 +185,7 @@ impl Plot {
             @let up = y.minor.iter().map(|value| format!("M{} {}h-3", at(*left), at(y.position(*value))));
             path class="axis" d=(across.chain(up).chain([ends]).collect::<String>()) {}
             @if !self.x_label.is_empty() {
-                text x=(at((left + right) / 2.0)) y=(at(bottom + 42.0)) text-anchor="middle" { (self.x_label) }
+                text x=(at((left + right) / 2.0)) y=(at(bottom + 42.0)) class="soft" text-anchor="middle" { (self.x_label) }
             }
             @if !self.heading.is_empty() { text class="head" x="4" y="16" { (self.heading) } }
             @if !self.y_label.is_empty() { text class="soft" x="4" y=(at(over)) { (self.y_label) } }

@@ -76,11 +76,11 @@ impl Series {
         }
     }
 
-    /// Markers, those that lie inside.
-    pub(super) fn markers(&self, x: &Axis, y: &Axis) -> Markup {
+    /// Markers, those that lie inside, `scale` times their usual size.
+    pub(super) fn markers(&self, x: &Axis, y: &Axis, scale: f64) -> Markup {
         html! {
             @for mark in self.marks.iter().filter(|mark| x.holds(mark.x) && y.holds(mark.y)) {
-                (Style::of(self.style).marker(x.position(mark.x), y.position(mark.y)))
+                (Style::of(self.style).marker(x.position(mark.x), y.position(mark.y), scale))
             }
         }
     }

@@ -61,7 +61,7 @@ const TABLE: [Style; STYLES] = [
     style("M-6.5 0A6.5 6.5 0 1 1 6.5 0A6.5 6.5 0 1 1 -6.5 0Z", "hollow", 6.5, "none", 4.5),
     style("M0 -5.6L5.6 0L0 5.6L-5.6 0Z", "hollow", 5.6, "6 2 2 2 2 2", 1.6),
     style("M0 -5L5 0L0 5L-5 0Z", "solid", 4.9, "9 5", 2.6),
-    style("M-2.3 0A2.3 2.3 0 1 1 2.3 0A2.3 2.3 0 1 1 -2.3 0Z", "solid", 2.3, "none", 1.1),
+    style("M-2.7 0A2.7 2.7 0 1 1 2.7 0A2.7 2.7 0 1 1 -2.7 0Z", "solid", 2.7, "none", 1.1),
     style("M-6 0H6M0 -6V6", "open", 6.1, "16 4", 1.6),
     style("M-4.6 -4.6L4.6 4.6M-4.6 4.6L4.6 -4.6", "open", 4.6, "6 2", 1.6),
     style(
@@ -92,9 +92,10 @@ impl Style {
         }
     }
 
-    /// The marker at a place.
-    pub fn marker(self, px: f64, py: f64) -> Markup {
-        let place = format!("translate({} {})", at(px), at(py));
+    /// The marker at a place, `scale` times its usual size.
+    pub fn marker(self, px: f64, py: f64, scale: f64) -> Markup {
+        let size = if scale == 1.0 { String::new() } else { format!("scale({scale})") };
+        let place = format!("translate({} {}){size}", at(px), at(py));
         html! { path class=(self.paint) d=(self.shape) transform=(place) {} }
     }
 }
