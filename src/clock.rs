@@ -31,9 +31,13 @@ impl Stopwatch {
     pub fn wall_seconds(&self) -> f64 {
         self.wall.elapsed().as_secs_f64()
     }
-    /// CPU seconds (user and system, all threads of the process) since the start.
+    /// CPU seconds (user and system, all threads of the process) since the start. On Windows the wall seconds at least
+    /// while they are below 1/16 s, which are four ticks.
     pub fn cpu_seconds(&self) -> f64 {
-        process_cpu_seconds() - self.cpu
+        let cpu = process_cpu_seconds() - self.cpu;
+        // A few ticks say little, and none would make speeds infinite: of a process that works all along, the wall time is
+        // the least it can have taken.
+        if cpu < 4.0 * system::TICK { cpu.max(self.wall_seconds()) } else { cpu }
     }
 }
 
@@ -45,6 +49,9 @@ pub fn peak_rss_bytes() -> Option<u64> {
 #[cfg(unix)]
 mod system {
     use rustix::time::{ClockId, Timespec, clock_gettime};
+
+    /// The step of the CPU time of a process.
+    pub const TICK: f64 = 0.0;
 
     fn seconds(time: Timespec) -> f64 {
         time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
@@ -79,6 +86,9 @@ mod system {
     use std::time::{Duration, Instant};
     use winsafe::{FILETIME, HPROCESS, HTHREAD};
 
+    /// The step of the CPU time of a process.
+    pub const TICK: f64 = 1.0 / 64.0;
+
     /// `FILETIME` counts 100 ns.
     fn seconds(kernel: FILETIME, user: FILETIME) -> f64 {
         (u64::from(kernel) + u64::from(user)) as f64 * 1e-7
@@ -108,7 +118,8 @@ mod system {
         HTHREAD::GetCurrentThread().GetThreadTimes().map_or(0.0, |(_, _, kernel, user)| seconds(kernel, user))
     }
 
-    /// The most of 20 intervals of 1 ms: those in which the thread had to wait hold fewer cycles. 0 if they are not told.
+    /// The most of 20 intervals of 1 ms: those in which the thread had to wait hold fewer cycles. 0 where cycles are not
+    /// told or stand still for an interval, being ticks by another name (as under Wine).
     fn cycles_per_second() -> f64 {
         let interval = || -> Option<f64> {
             let (start, first) = (Instant::now(), cycles()?);
@@ -116,9 +127,10 @@ mod system {
                 std::hint::spin_loop();
             }
             let (passed, last) = (start.elapsed().as_secs_f64(), cycles()?);
-            Some(last.saturating_sub(first) as f64 / passed)
+            (last > first).then(|| (last - first) as f64 / passed)
         };
-        (0..20).filter_map(|_| interval()).fold(0.0, f64::max)
+        let rates: Option<Vec<f64>> = (0..20).map(|_| interval()).collect();
+        rates.unwrap_or_default().into_iter().fold(0.0, f64::max)
     }
 
     pub fn peak_rss_bytes() -> Option<u64> {
@@ -135,12 +147,11 @@ mod tests {
     fn cpu_clocks_advance_with_work_and_the_process_has_at_least_the_thread() {
         let (process, thread) = (process_cpu_seconds(), thread_cpu_seconds());
         // Each of the two may be a tick off.
-        let tick = if cfg!(windows) { 1.0 / 64.0 } else { 0.0 };
-        let work = 0.01 + 8.0 * tick;
+        let work = 0.01 + 8.0 * system::TICK;
         while thread_cpu_seconds() - thread < work {
             std::hint::black_box(thread.sin());
         }
-        assert!(process_cpu_seconds() - process >= 0.9 * work - 2.0 * tick);
+        assert!(process_cpu_seconds() - process >= 0.9 * work - 2.0 * system::TICK);
     }
 
     #[test]
@@ -160,10 +171,10 @@ mod tests {
     #[test]
     fn the_smallest_work_that_is_timed_takes_some_time() {
         thread_cpu_seconds();
-        let start = thread_cpu_seconds();
+        let (watch, start) = (Stopwatch::start(), thread_cpu_seconds());
         let sum: f64 = (0..100_000).map(|i| std::hint::black_box(f64::from(i)).sqrt()).sum();
-        let seconds = thread_cpu_seconds() - start;
-        assert!(seconds > 0.0 && sum > 0.0, "{seconds} s");
+        let (seconds, process) = (thread_cpu_seconds() - start, watch.cpu_seconds());
+        assert!(seconds > 0.0 && process > 0.0 && sum > 0.0, "{seconds} s of the thread, {process} s of the process");
     }
 
     #[test]

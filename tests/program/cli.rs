@@ -249,8 +249,9 @@ fn quiet_says_nothing_and_other_flags_reach_the_render() {
 fn flags_go_over_the_scene_and_the_scene_over_defaults() {
     let place = Place::new();
     let scenes = PathBuf::from(CORNELL);
-    let obj = scenes.with_file_name("cornell.obj");
-    let text = fs::read_to_string(CORNELL).unwrap().replace("cornell.obj", &obj.to_string_lossy());
+    // A backslash would begin an escape.
+    let obj = scenes.with_file_name("cornell.obj").to_string_lossy().replace('\\', "/");
+    let text = fs::read_to_string(CORNELL).unwrap().replace("cornell.obj", &obj);
     let text = text.replace("[render]", "[render]\nstrategy = \"nee\"\nseed = 7\nmax_depth = 3\nrr_depth = \"off\"");
     let scene = place.scene("a.toml", &text);
     let settings = |flags: &[&str]| {
