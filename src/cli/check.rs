@@ -63,11 +63,11 @@ pub fn run(args: &CheckArgs) -> Result<u8> {
         return Err(error);
     }
     let failures = rows.iter().filter(|row| !row.pass).count();
-    if args.json.is_given() {
+    if args.json.to_standard_output() {
         args.json.deliver(&rows, String::new)?;
-    }
-    if !args.json.to_standard_output() {
+    } else {
         print(&summary(&rows, failures))?;
+        args.json.deliver_to_file(&rows)?;
     }
     Ok((failures > 0) as u8)
 }

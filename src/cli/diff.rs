@@ -1,6 +1,6 @@
 //! `octray diff`: how far one picture is from another.
 
-use crate::cli::output::{JsonArgs, table};
+use crate::cli::output::{JsonArgs, check_place, make_directory, table};
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::{Bounds, Format, Image, check_output_path};
@@ -52,6 +52,7 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
     }
     if let Some(path) = &args.heatmap {
         let errors = relative_errors(&a, &b);
+        make_directory(path)?;
         Canvas::with_legend(&errors, a.width, Scale::fitting(&errors)).save(path)?;
     }
     let corners = |of: Bounds| [i64::from(of.x), i64::from(of.y), i64::from(of.width), i64::from(of.height)];
@@ -112,7 +113,7 @@ fn shifted(fault: Fault, area: Bounds) -> Fault {
 
 fn check_heatmap_path(path: &Path) -> Result<()> {
     match Format::of(path) {
-        Ok(Format::Png) => check_output_path(path),
+        Ok(Format::Png) => check_place(path, |path| check_output_path(path)),
         _ => Err(Error::Usage(format!("--heatmap {}: a heatmap is a PNG; name a .png file", path.display()))),
     }
 }

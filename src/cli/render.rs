@@ -5,7 +5,7 @@ use crate::camera;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs};
 use crate::cli::interrupt;
-use crate::cli::output::{check_json_path, print, write_json};
+use crate::cli::output::{check_json_path, check_place, make_directory, print, whole_path, write_json};
 use crate::cli::progress::Bar;
 use crate::cli::resume::State;
 use crate::cli::stats::Report;
@@ -16,7 +16,7 @@ use crate::image::{Format, check_output_path};
 use crate::render::{Render, render_from};
 use crate::settings::{Crop, Engine, Settings};
 use crate::setup::frame::Frame;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -85,6 +85,7 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
 
     let prepared = prepare(&scene)?;
     warnings.extend_from_slice(&prepared.warnings);
+    args.output.iter().chain(&args.stats).try_for_each(|path| make_directory(path))?;
     let stop = interrupt::requested()?;
     let bar = Bar::new(&settings, args.quiet);
     let mut render = render_from(&prepared, &settings, start.as_ref(), &|progress| {
@@ -129,7 +130,7 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
 /// Everything that can be known about the outputs before the work starts.
 fn check_outputs(args: &RenderArgs) -> Result<()> {
     let images = args.output.iter();
-    images.clone().try_for_each(check_output_path)?;
+    images.clone().try_for_each(|path| check_place(path, |path| check_output_path(path)))?;
     args.stats.iter().try_for_each(|path| check_json_path("--stats", path))?;
     let mut seen: Vec<PathBuf> = Vec::new();
     for path in images.chain(&args.stats) {
@@ -143,21 +144,6 @@ fn check_outputs(args: &RenderArgs) -> Result<()> {
         seen.push(whole);
     }
     Ok(())
-}
-
-/// The same for `a.png`, `./a.png`, a link to it and any other way to its directory.
-fn whole_path(path: &Path) -> PathBuf {
-    if let Ok(existing) = path.canonicalize() {
-        return existing;
-    }
-    let parent = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    match (parent.canonicalize(), path.file_name()) {
-        (Ok(parent), Some(name)) => parent.join(name),
-        _ => path.to_owned(),
-    }
 }
 
 /// Flag over scene over default.

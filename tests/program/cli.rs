@@ -80,11 +80,129 @@ fn bad_flags_end_with_status_2_and_say_why() {
 
 #[test]
 fn bad_commands_and_missing_arguments_are_status_2() {
-    refused(&["rendr"], 2, "rendr");
+    refused(&["rendr"], 2, "a similar subcommand exists: 'render'");
     refused(&["render", CORNELL], 2, "--output");
     refused(&["render", "-o", "a.png"], 2, "SCENE");
     refused(&["trace", CORNELL, "--pixel", "1,1"], 2, "--sample");
-    assert_eq!(octray(&[]).status.code(), Some(2));
+}
+
+#[test]
+fn the_name_alone_shows_where_to_begin() {
+    let output = octray(&[]);
+    assert_eq!((output.status.code(), stderr(&output)), (Some(2), String::new()));
+    let commands = stdout(&output).lines().filter(|line| line.starts_with("  octray ")).count();
+    assert_eq!(commands, 3, "{}", stdout(&output));
+    assert!(stdout(&output).starts_with("octray ") && stdout(&output).lines().all(|line| line.len() <= 80));
+}
+
+#[test]
+fn slips_are_answered_with_what_may_have_been_meant() {
+    let place = Place::new();
+    let [scene, output] = ["room.toml", "a.exr"].map(|name| place.path(name));
+    fs::copy(CORNELL, &scene).unwrap();
+    let near = format!("did you mean `{scene}`?");
+    for name in ["rom.toml", "Room.toml", "room"] {
+        for command in [&["info"][..], &["check"], &["bench"], &["render", "-o", &output]] {
+            refused(&[command, &[&place.path(name)]].concat(), 2, &near);
+        }
+        refused(&["trace", &place.path(name), "--pixel", "1,1", "--sample", "0"], 2, &near);
+        refused(&["diff", &place.path("a.pfm"), &place.path("a.pfm")], 2, "cannot read it");
+    }
+    let silent = octray(&["info", &place.path("elsewhere.toml")]);
+    assert!(!stderr(&silent).contains("did you mean"), "{}", stderr(&silent));
+    for name in ["builtin:hevy", "heavy", "buildin:heavy"] {
+        refused(&["info", name], 2, "did you mean `builtin:heavy`?");
+    }
+    refused(&["info", "builtin:nonsense"], 2, "no such scene; known: builtin:heavy, builtin:lamp_hall");
+    for (flags, message) in [
+        (&["--strategy", "mispower"][..], "did you mean `mis-power`?"),
+        (&["--strategy", "balance"], "did you mean `mis-balance`?"),
+        (&["--lights", "treee"], "did you mean `tree`?"),
+        (&["--sampler", "sobl"], "did you mean `sobol`?"),
+        (&["--engine", "pakcet"], "did you mean `packet`?"),
+        (&["--samples", "4"], "--samples"),
+        (&["--straegy", "nee"], "a similar argument exists: '--strategy'"),
+    ] {
+        refused(&[&["render", CORNELL, "-o", &output], flags].concat(), 2, message);
+    }
+    refused(&[CORNELL], 2, "a command comes first: octray render");
+    refused(&["builtin:heavy"], 2, "octray render builtin:heavy -o image.exr");
+    refused(&["info", CORNELL, "--json", "a.json"], 2, "with an equals sign only: --json=a.json");
+}
+
+#[test]
+fn directories_of_outputs_are_made_once_all_else_is_well() {
+    let place = Place::new();
+    let [image, stats, json] = ["new/deep/a.pfm", "new/stats/a.json", "other/info.json"].map(|name| place.path(name));
+    let json_flag = format!("--json={json}");
+    let broken = place.scene("broken.toml", "[film]\nwidth = 0\n");
+    let lone = place.scene("lone.toml", "[[mesh]]\nobj = 'none.obj'\n");
+    for scene in [&broken, &lone, &place.path("none.toml")] {
+        let output = octray(&["render", scene, "-o", &image, "--stats", &stats]);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert_eq!(octray(&["info", scene, &json_flag]).status.code(), Some(2));
+    }
+    let bad_crop = ["render", CORNELL, "-o", &image, "--stats", &stats, "--crop", "9999,0,1,1"];
+    assert_eq!(octray(&bad_crop).status.code(), Some(2));
+    let lost = place.path("none.pfm");
+    let heatmap = place.path("new/map.png");
+    assert_eq!(octray(&["diff", &lost, &lost, "--heatmap", &heatmap, &json_flag]).status.code(), Some(2));
+    assert!(!Path::new(&place.path("new")).exists() && !Path::new(&place.path("other")).exists());
+    let render = octray(&[&["render", CORNELL, "-o", &image, "--stats", &stats], &SMALL[..]].concat());
+    assert!(render.status.success(), "{}", stderr(&render));
+    let diff = octray(&["diff", &image, &image, "--heatmap", &heatmap, &json_flag]);
+    assert!(diff.status.success(), "{}", stderr(&diff));
+    assert!([&image, &stats, &heatmap, &json].iter().all(|path| Path::new(path).is_file()));
+}
+
+/// `--json` alone is for standard output; its file stands behind an equals sign; what follows is never its value.
+#[test]
+fn json_is_a_flag_alike_in_every_command() {
+    let place = Place::new();
+    let [image, file] = ["a.pfm", "a.json"].map(|name| place.path(name));
+    render(&place, "a.pfm", &[]);
+    let flag = format!("--json={file}");
+    let bench = ["--runs", "1", "--size", "8"];
+    let trace = ["--pixel", "3,3", "--sample", "0", "--width", "8", "--height", "8"];
+    let filter = ["--filter", "slivers"];
+    for (command, positional, flags) in [
+        ("info", &[CORNELL][..], &[][..]),
+        ("check", &[CORNELL], &filter),
+        ("bench", &[CORNELL], &bench),
+        ("trace", &[CORNELL], &trace),
+        ("diff", &[&image, &image], &[]),
+    ] {
+        let json = |output: &Output| {
+            assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(output));
+            serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap_or_else(|e| panic!("{command}: {e}"))
+        };
+        // Before what is positional, behind it, before another flag, with a dash for a name.
+        json(&octray(&[&[command, "--json"], positional, flags].concat()));
+        json(&octray(&[&[command], positional, flags, &["--json"]].concat()));
+        json(&octray(&[&[command], positional, &["--json"], flags].concat()));
+        json(&octray(&[&[command], positional, flags, &["--json=-"]].concat()));
+        let output = octray(&[&[command, &flag], positional, flags].concat());
+        assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(&output));
+        assert!(serde_json::from_str::<serde_json::Value>(&fs::read_to_string(&file).unwrap()).is_ok(), "{command}");
+        fs::remove_file(&file).unwrap();
+        // A word behind the bare flag is positional: one too many.
+        refused(&[&[command], positional, flags, &["--json", &file]].concat(), 2, "equals sign");
+        let help = stdout(&octray(&[command, "--help"]));
+        assert!(help.contains("--json[=<FILE>]"), "{command}: {help}");
+        for (name, message) in [("b.toml", "that is a scene file"), ("b.EXR", "that is an image")] {
+            let flag = format!("--json={}", place.path(name));
+            refused(&[&[command], positional, flags, &[&flag]].concat(), 2, message);
+        }
+    }
+}
+
+#[test]
+fn times_take_units() {
+    let place = Place::new();
+    for time in ["20ms", "0.02s", "0.02", "0m0.02s"] {
+        let image = render(&place, "a.pfm", &["--time", time, "--spp", "1"]);
+        assert_eq!(image.width, 16);
+    }
 }
 
 #[test]
@@ -115,9 +233,16 @@ fn outputs_are_checked_before_anything_is_read() {
     };
     refuse("a.jpg", 2, "unknown image extension `.jpg`");
     refuse("a", 2, "no extension");
-    refuse("missing/a.png", 1, "does not exist; make it first");
-    let (image, stats) = (place.path("a.png"), place.path("missing/a.json"));
-    refused(&["render", &scene, "-o", &image, "--stats", &stats], 1, "does not exist; make it first");
+    refuse("missing/a.png", 2, "none.toml: cannot read it");
+    let image = place.path("a.png");
+    fs::write(place.path("file"), "").unwrap();
+    refuse("file/a.png", 1, "file is not a directory");
+    refuse("file/missing/a.png", 1, "file is not a directory");
+    let stats = place.path("file/a.json");
+    refused(&["render", &scene, "-o", &image, "--stats", &stats], 1, "file is not a directory");
+    fs::remove_file(place.path("file")).unwrap();
+    let [one, other] = ["new/deep/a.png", "./new/./deep/../deep/a.png"].map(|name| place.path(name));
+    refused(&["render", &scene, "-o", &one, "-o", &other], 2, "named for two outputs");
     refused(&["render", &scene, "-o", &image, "-o", &image], 2, "named for two outputs");
     refused(&["render", &scene, "-o", &image, "-o", &place.path("./a.png")], 2, "named for two outputs");
     refused(&["render", &scene, "-o", &image, "--stats", &image], 2, "named for two outputs");
@@ -164,7 +289,7 @@ fn crops_and_pixels_outside_the_film_are_status_2() {
 fn json_never_replaces_a_scene() {
     let place = Place::new();
     let scene = place.scene("a.toml", "precious");
-    refused(&["bench", "--json", &scene], 2, "that is a scene file");
+    refused(&["bench", &format!("--json={scene}")], 2, "that is a scene file");
     refused(&["render", CORNELL, "-o", &place.path("a.png"), "--stats", &scene], 2, "that is a scene file");
     assert_eq!(fs::read_to_string(scene).unwrap(), "precious");
 }
@@ -302,7 +427,7 @@ fn info_lists_tables_plan_and_what_is_left_out() {
     }
     let printed = octray(&["info", CORNELL, "--strategy", "bsdf", "--json"]);
     let path = place.path("info.json");
-    assert!(octray(&["info", CORNELL, "--strategy", "bsdf", "--json", &path]).status.success());
+    assert!(octray(&["info", CORNELL, "--strategy", "bsdf", &format!("--json={path}")]).status.success());
     for json in [stdout(&printed), fs::read_to_string(path).unwrap()] {
         let info: serde_json::Value = serde_json::from_str(&json).unwrap();
         assert!(info["features"].is_object() && info["lights"].as_u64() > Some(0), "{json}");
