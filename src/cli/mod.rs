@@ -9,8 +9,10 @@ mod check;
 mod converge;
 mod cpu;
 mod diff;
+mod examples;
 mod info;
 mod interrupt;
+mod numbers;
 mod output;
 mod progress;
 mod render;
@@ -52,6 +54,7 @@ enum Command {
     /// Throughput of the engines, side by side
     Bench(bench::BenchArgs),
     /// Error against run time, for every strategy: a report, plots, tables
+    #[command(after_help = examples::CONVERGE)]
     Converge(Box<converge::ConvergeArgs>),
     /// How far image A is from image B, the reference
     Diff(diff::DiffArgs),
@@ -143,4 +146,47 @@ fn prepare(scene: &Scene) -> Result<PreparedScene> {
 
 fn warn(message: &str) {
     let _ = writeln!(std::io::stderr(), "warning: {message}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    /// The commands in a text: lines that begin with two blanks and the program's name.
+    fn commands(text: &str) -> Vec<&str> {
+        text.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| line.starts_with("octray ")).collect()
+    }
+
+    #[test]
+    fn the_commands_that_help_shows_are_understood() {
+        let mut all = commands(START);
+        assert_eq!(all.len(), 3);
+        let mut program = Cli::command().term_width(100);
+        program.build();
+        let mut helps = Vec::new();
+        for command in program.get_subcommands_mut().filter(|command| command.get_name() != "help") {
+            helps.push((command.get_name().to_owned(), command.render_help().to_string()));
+        }
+        assert_eq!(helps.len(), 7);
+        for (name, help) in &helps {
+            let section = help.split_once("\nExamples:\n").unwrap_or_else(|| panic!("{name}: {help}")).1;
+            let examples = commands(section);
+            assert!(examples.len() >= 2, "{name}: {section}");
+            assert!(examples.iter().all(|line| line.split(' ').nth(1) == Some(name)), "{name}: {section}");
+            all.extend(examples);
+        }
+        for command in all {
+            // So that no terminal breaks them.
+            assert!(command.len() <= 78, "{command}");
+            if let Err(error) = Cli::try_parse_from(command.split(' ')) {
+                panic!("{command}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_arguments_are_sound() {
+        Cli::command().debug_assert();
+    }
 }

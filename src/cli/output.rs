@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::image::{Format, atomic};
 use serde::Serialize;
 use std::ffi::OsStr;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::{Component, Path, PathBuf};
 
 /// Prints a result. A reader that has gone away (`octray info .. | head`) is not an error.
@@ -135,16 +135,120 @@ pub fn whole_path(path: &Path) -> PathBuf {
     whole
 }
 
-/// A table of left-aligned text columns, the last one ragged.
+/// The columns that text may take: of the terminal that standard output goes to, or what COLUMNS says; 120 at most, and where it
+/// goes elsewhere.
+pub fn columns() -> usize {
+    let said = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
+    let width = said.or_else(|| io::stdout().is_terminal().then(terminal_columns)).unwrap_or(MOST_COLUMNS);
+    width.clamp(LEAST_COLUMNS, MOST_COLUMNS)
+}
+
+const LEAST_COLUMNS: usize = 60;
+const MOST_COLUMNS: usize = 120;
+
+/// The terminal's width, which clap asks for to wrap its help: a text of the shortest words is as wide as that. (The first word
+/// has two letters, so that lines of even and of odd length occur.)
+fn terminal_columns() -> usize {
+    let text = format!("xx{}", " x".repeat(MOST_COLUMNS));
+    let mut command = clap::Command::new("x").about(text).max_term_width(MOST_COLUMNS).help_template("{about}");
+    command.render_help().to_string().lines().map(str::len).max().unwrap_or(MOST_COLUMNS)
+}
+
+/// `text` in lines of at most `width` columns; those after the first begin with `indent` blanks, which do not count. A word is
+/// never broken.
+pub fn wrapped(text: &str, width: usize, indent: usize) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines.join(&format!("\n{:indent$}", ""))
+}
+
+/// A table of left-aligned text columns; the last one wraps where the terminal ends.
 pub fn table(rows: &[Vec<String>]) -> String {
+    aligned(rows, &[])
+}
+
+/// [`table`] in a place of so many columns.
+pub fn table_in(rows: &[Vec<String>], columns: usize) -> String {
+    in_columns(rows, &[], columns)
+}
+
+/// [`table`] with the columns in `right` aligned to the right.
+pub fn aligned(rows: &[Vec<String>], right: &[usize]) -> String {
+    in_columns(rows, right, columns())
+}
+
+/// The last column gets its own lines at least so wide; where there is less room, they run over.
+const LEAST_LAST: usize = 24;
+
+fn in_columns(rows: &[Vec<String>], right: &[usize], most: usize) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+    let before: usize = widths.iter().take(columns.saturating_sub(1)).map(|width| width + 2).sum();
     let mut text = String::new();
     for row in rows {
-        let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:width$}"));
-        text += cells.collect::<Vec<_>>().join("  ").trim_end();
+        let mut line = String::new();
+        for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
+            let last = column + 1 == columns;
+            line += &match (right.contains(&column), last) {
+                (true, _) => format!("{cell:>width$}"),
+                (false, true) if most >= before + LEAST_LAST => wrapped(cell, most - before, before),
+                (false, _) => format!("{cell:width$}"),
+            };
+            line += if last { "" } else { "  " };
+        }
+        text += line.trim_end();
         text.push('\n');
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_line_up_and_wrap_their_last_column() {
+        let rows = [["a", "1", "short"], ["longer", "234", "one two three four five six"]];
+        let rows = rows.map(|row| row.map(str::to_owned).to_vec());
+        let text = "a         1  short\nlonger  234  one two three four five six\n";
+        assert_eq!(in_columns(&rows, &[1], 120), text);
+        let narrow = "a         1  short\nlonger  234  one two three four five\n             six\n";
+        assert_eq!(in_columns(&rows, &[1], 37), narrow);
+        // No room at all: nothing is lost.
+        assert_eq!(in_columns(&rows, &[1], 20), text);
+        assert_eq!(in_columns(&[], &[], 80), "");
+    }
+
+    #[test]
+    fn words_are_wrapped_whole() {
+        assert_eq!(wrapped("aa bb cc", 5, 0), "aa bb\ncc");
+        assert_eq!(wrapped("aa bb cc dd", 5, 2), "aa bb\n  cc dd");
+        assert_eq!(wrapped("much_too_long b", 4, 1), "much_too_long\n b");
+        assert_eq!(wrapped("", 4, 1), "");
+    }
+
+    #[test]
+    fn directories_are_checked_and_made_from_the_first_that_is_missing() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("a/b/c.json");
+        assert_eq!(first_missing(&path), Some(place.path().join("a")));
+        assert_eq!((first_missing(Path::new("c.json")), first_missing(Path::new("/c.json"))), (None, None));
+        check_place(&path, |_| panic!("there is no directory to check")).unwrap();
+        assert!(!place.path().join("a").exists());
+        make_directory(&path).unwrap();
+        assert_eq!((path.parent().unwrap().is_dir(), first_missing(&path)), (true, None));
+        let same = ["a/b/c.json", "a/./b/../b/c.json", "x/../a/b/c.json"].map(|name| place.path().join(name));
+        assert_eq!(whole_path(&same[0]), whole_path(&same[1]));
+        assert_eq!(whole_path(&same[0]), whole_path(&same[2]));
+    }
 }
