@@ -85,7 +85,14 @@ fn nearest(experiment: &Experiment, finding: &Finding, seconds: f64, reference: 
     Some(new(experiment, finding, run.spp, run.cpu_seconds, image.clone(), reference))
 }
 
-fn new(experiment: &Experiment, finding: &Finding, spp: u32, cpu_seconds: f64, image: Image, reference: &Image) -> Shown {
+fn new(
+    experiment: &Experiment,
+    finding: &Finding,
+    spp: u32,
+    cpu_seconds: f64,
+    image: Image,
+    reference: &Image,
+) -> Shown {
     let measured = measure(&image, reference, &[]);
     Shown {
         case: finding.case,

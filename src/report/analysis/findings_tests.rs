@@ -305,7 +305,11 @@ fn the_level_of_a_biased_strategy_lies_in_its_interval() {
         let group: Vec<&Run> = runs.iter().collect();
         let bias = bias_of(&pool, std::slice::from_ref(&group), &reference);
         held.count("level", floor_interval(&bias), level);
-        held.count("error of a biased strategy", point(&group, bias.floor.shared_variance, 0.0).relmse_interval, of_a_run);
+        held.count(
+            "error of a biased strategy",
+            point(&group, bias.floor.shared_variance, 0.0).relmse_interval,
+            of_a_run,
+        );
     }
     held.check();
 }

@@ -199,10 +199,10 @@ struct FitError {
 pub struct Fit {
     /// The line of least squares, points weighted by the inverse variance of their logarithms.
     pub law: PowerLaw,
-    /// 95 % interval of the slope (see [`fit`]).
+    /// 95 % interval of the slope of this line of least squares, which exists whether or not the points lie on a line.
     pub slope_interval: Option<Interval>,
     /// Chi-square of the residuals by degrees of freedom; near 1 where the points lie on a line but for their noise. Where it
-    /// is larger than chance allows (1 %), the standard errors are widened by its root.
+    /// is larger than chance allows (1 %), what is read off the line elsewhere is less certain by its root.
     pub misfit: Option<f64>,
     #[serde(skip)]
     error: Option<FitError>,
@@ -239,9 +239,9 @@ const LEAST_DEVIATION: f64 = 1e-4;
 /// Fits a power law to measured points by least squares, weighted where all of them know their error; `None` below two
 /// different x. The slope's interval holds `confidence` (0.95, or more where several are to hold at once).
 ///
-/// The points' errors give those of the line; where the points lie further off than these explain (chi-square beyond its 99 %
-/// point), the law is an approximation, and the line's errors are widened to the scatter (Birge's ratio) with as many degrees
-/// of freedom as there are residuals.
+/// The points' errors give those of the line, and so of its slope as the mean slope over what was measured. Where the points
+/// lie further off than these errors explain (chi-square beyond its 99 % point), the law is an approximation, and what is read
+/// off it ([`Fit::inverse`]) is as uncertain as the scatter (Birge's ratio) with as many degrees of freedom as residuals.
 pub fn fit(points: &[FitPoint], confidence: f64) -> Option<Fit> {
     let known = points.iter().all(|point| point.error.is_some());
     let weight = |point: &FitPoint| match point.error {
@@ -265,12 +265,12 @@ pub fn fit(points: &[FitPoint], confidence: f64) -> Option<Fit> {
     // Welch and Satterthwaite: the slope is a sum of the points' logarithms with these shares of its variance.
     let share = |p: &FitPoint| weight(p) * (p.x.ln() - center).powi(2) / spread;
     let lost: f64 = points.iter().filter_map(|p| Some(share(p).powi(2) / p.error?.1)).sum();
+    let half = student_quantile(confidence, lost.recip()) / spread.sqrt();
     let (widening, freedom) = match misfit {
         Some(misfit) if misfit > chi_square_99(residuals) / residuals => (misfit.sqrt(), residuals),
         _ => (1.0, lost.recip()),
     };
     let error = FitError { center, at_center: widening / all.sqrt(), slope: widening / spread.sqrt(), freedom };
-    let half = student_quantile(confidence, freedom) * error.slope;
     Some(Fit { law, slope_interval: Some(Interval::around(slope, half)), misfit, error: Some(error) })
 }
 
@@ -353,18 +353,21 @@ mod tests {
     }
 
     #[test]
-    fn points_off_the_line_widen_its_errors() {
-        let bent = [1.0f64, 4.0, 16.0, 64.0].map(|x| FitPoint { x, y: 1.0 / x + 0.01, error: Some((0.001, 100.0)) });
-        let found = fit(&bent, 0.95).unwrap();
-        let width = |fit: &Fit| fit.slope_interval.map(|i| i.high - i.low).unwrap();
-        assert!(found.misfit.unwrap() > 100.0 && width(&found) > 0.05, "{found:?}");
-        // Three and four points of pure noise: a widening only where chance would not give it.
-        let noise = |i: usize| FitPoint {
-            x: 4f64.powi(i as i32),
-            y: 1.0 + 0.01 * normal(5, i as u32),
-            error: Some((0.01, 1e9)),
-        };
-        let found = fit(&[0, 1, 2, 3].map(noise), 0.95).unwrap();
-        assert!((width(&found) / 2.0 / 1.96 - 0.01 / (5f64.sqrt() * 4f64.ln())).abs() < 1e-5, "{found:?}");
+    fn points_off_the_line_widen_what_is_read_off_it() {
+        let width = |interval: Interval| (interval.high / interval.low).ln();
+        let beyond = |fit: &Fit| width(fit.inverse(fit.law.at(1e3), 0.0).1.unwrap());
+        let point =
+            |i: i32, factor: f64| FitPoint { x: 4f64.powi(i), y: 4f64.powi(-i) * factor, error: Some((0.01, 1e9)) };
+        let bent = fit(&[0, 1, 2, 3].map(|i| point(i, 1.0 + 0.01 * 4f64.powi(i))), 0.95).unwrap();
+        let straight = fit(&[0, 1, 2, 3].map(|i| point(i, 1.0)), 0.95).unwrap();
+        assert!(bent.misfit.unwrap() > 10.0 && beyond(&bent) > 3.0 * beyond(&straight), "{bent:?}");
+        // The slope of the line is known as well as before: 0.01 over the spread of the logarithms.
+        for found in [bent, straight] {
+            let half = found.slope_interval.map(|i| (i.high - i.low) / 2.0).unwrap();
+            assert!((half / 1.96 - 0.01 / (5f64.sqrt() * 4f64.ln())).abs() < 1e-5, "{found:?}");
+        }
+        // Pure noise is no misfit.
+        let noise = fit(&[0, 1, 2, 3].map(|i| point(i, 1.0 + 0.01 * normal(5, i as u32))), 0.95).unwrap();
+        assert!((beyond(&noise) / beyond(&straight) - 1.0).abs() < 0.1, "{noise:?}");
     }
 }

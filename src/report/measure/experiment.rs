@@ -346,7 +346,7 @@ fn more_samples(spp: u32, growth: f64) -> Option<u32> {
 }
 
 /// Rings of a run's spectrum.
-const RINGS: usize = 24;
+const RINGS: usize = 12;
 
 /// The power spectrum of the error of `image`.
 pub fn spectrum_of(image: &Image, reference: &Image) -> Spectrum {

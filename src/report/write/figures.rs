@@ -2,6 +2,7 @@
 
 use crate::report::analysis::findings::{Finding, Point};
 use crate::report::analysis::statistics::Interval;
+use crate::report::measure::spectrum::HIGHEST;
 use crate::report::write::numbers::exponent;
 use crate::report::write::plot::{Mark, Plot, Series, Values, focus_range};
 use crate::report::write::words::{Words, tag};
@@ -47,7 +48,10 @@ pub fn figures(words: &Words, case: &str) -> Vec<Figure> {
     };
     let mut figures = vec![
         error(Cost::Seconds, "error-against-seconds"),
-        Figure { plot: efficiency_plot(words, of_case("Efficiency against CPU seconds")), name: "efficiency-against-seconds" },
+        Figure {
+            plot: efficiency_plot(words, of_case("Efficiency against CPU seconds")),
+            name: "efficiency-against-seconds",
+        },
         error(Cost::Samples, "error-against-samples"),
     ];
     let spectrum = spectrum_plot(words, of_case("Spectrum of the error at the largest budget"));
@@ -67,7 +71,10 @@ fn error_plot(words: &Words, title: String, cost: Cost) -> Plot {
 
 /// Error against CPU seconds, small: one of many.
 pub fn small_error_plot(words: &Words, heading: &str) -> Plot {
-    Plot { heading: heading.to_owned(), ..error_plot(words, format!("Relative error against CPU seconds: {heading}"), Cost::Seconds) }
+    Plot {
+        heading: heading.to_owned(),
+        ..error_plot(words, format!("Relative error against CPU seconds: {heading}"), Cost::Seconds)
+    }
 }
 
 /// Error against CPU seconds in a part of the film, small: one of many.
@@ -114,11 +121,14 @@ fn efficiency_plot(words: &Words, title: String) -> Plot {
 fn spectrum_plot(words: &Words, title: String) -> Option<Plot> {
     let of = |finding: &&Finding| {
         let spectrum = finding.points.last()?.spectrum.as_ref()?;
-        let rings = spectrum.frequency.iter().zip(&spectrum.power).filter(|(frequency, power)| **frequency > 0.0 && **power > 0.0);
+        // The mean, and the corners beyond what rows and columns hold, are left out.
+        let rings = spectrum.frequency.iter().zip(&spectrum.power);
+        let rings = rings.filter(|(frequency, power)| **frequency > 0.0 && **frequency <= HIGHEST && **power > 0.0);
         let marks: Vec<Mark> = rings.map(|(x, y)| Mark { x: *x, y: *y, interval: None }).collect();
         Some(Series { line: marks.iter().map(|mark| (mark.x, mark.y)).collect(), marks, ..blank(words, finding) })
     };
-    let series: Vec<Series> = words.findings.iter().filter_map(of).collect();
+    // What is biased differs from the reference by an image, and its spectrum is that image's.
+    let series: Vec<Series> = words.findings.iter().filter(|finding| !finding.biased).filter_map(of).collect();
     (!series.is_empty()).then(|| Plot {
         title,
         x_label: "frequency, cycles a pixel".to_owned(),
@@ -169,7 +179,8 @@ fn error_series(words: &Words, finding: &Finding, cost: Cost) -> Series {
             series.floor_interval = interval.filter(|i| i.low > 0.0).map(|interval| (interval.low, interval.high));
         }
         (false, Some(fit), _) if series.marks.len() > 1 => {
-            let line = |first: f64, last: f64| between(first, last).map(|step| (step, fit.law.at(step).sqrt())).collect();
+            let line =
+                |first: f64, last: f64| between(first, last).map(|step| (step, fit.law.at(step).sqrt())).collect();
             series.line = line(first, last);
             series.extrapolated = line(last, BEYOND * last);
             series.note = exponent(fit.law.slope / 2.0);

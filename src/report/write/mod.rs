@@ -5,8 +5,8 @@
 pub mod contents;
 pub mod figures;
 pub mod heatmap;
-pub mod numbers;
 pub mod images;
+pub mod numbers;
 pub mod page;
 pub mod plot;
 pub mod results;

@@ -47,14 +47,16 @@ pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", significant(100.0 * share, if share.abs() < 0.1 { 2 } else { 3 }))
 }
 
-/// A difference in per cent, with its sign.
+/// A difference in per cent, with its sign; two digits behind the point at most.
 pub fn signed_percent(share: f64) -> String {
-    let text = percent(share.abs());
-    match share {
-        share if share < 0.0 => format!("−{text}"),
-        share if share > 0.0 => format!("+{text}"),
-        _ => text,
-    }
+    let size = 100.0 * share.abs();
+    let text = if size < 0.995 { format!("{size:.2}") } else { significant(size, 3) };
+    let sign = match share {
+        _ if text == "0.00" => "",
+        share if share < 0.0 => "−",
+        _ => "+",
+    };
+    format!("{sign}{text}\u{a0}%")
 }
 
 /// A score: standard errors, one digit behind the point while it is small.
@@ -86,21 +88,49 @@ pub fn seconds(value: f64) -> String {
     format!("{}\u{a0}{name}", significant(value / unit, 2))
 }
 
-/// The ends of an interval of seconds, in one unit.
-pub fn seconds_range(interval: Interval) -> String {
-    let (unit, name) = unit_of_time(interval.high);
-    format!("{} to {}\u{a0}{name}", significant(interval.low / unit, 2), significant(interval.high / unit, 2))
+/// The digits of `value` that are worth telling where it is known within `interval`: two of the interval's width, at least
+/// two, at most five.
+fn worth(interval: Interval, value: f64) -> i32 {
+    let width = (interval.high - interval.low).abs();
+    let digits = if width > 0.0 { (value.abs() / width).log10().floor() + 2.0 } else { 5.0 };
+    digits.clamp(2.0, 5.0) as i32
 }
 
-/// The ends of an interval.
-pub fn range(interval: Interval, text: impl Fn(f64) -> String) -> String {
-    format!("{} to {}", text(interval.low), text(interval.high))
+/// A value and the ends of its interval, with the digits that this interval is worth.
+pub fn known(value: f64, interval: Option<Interval>) -> (String, Option<String>) {
+    match interval {
+        Some(interval) => {
+            let text = |end: f64| significant(end, worth(interval, end));
+            (text(value), Some(format!("{} to {}", text(interval.low), text(interval.high))))
+        }
+        None => (significant(value, 3), None),
+    }
 }
 
-/// The ends of an interval of shares, in per cent.
-pub fn percent_range(interval: Interval) -> String {
-    let digits = |share: f64| significant(100.0 * share, if share.abs() < 0.1 { 2 } else { 3 });
-    format!("{} to {}\u{a0}%", digits(interval.low), digits(interval.high))
+/// A share and its interval in per cent, with the digits that this interval is worth.
+pub fn known_percent(share: f64, interval: Option<Interval>) -> (String, Option<String>) {
+    let (value, range) = known(100.0 * share, interval.map(|interval| interval.map(|end| 100.0 * end)));
+    (format!("{value}\u{a0}%"), range.map(|range| format!("{range}\u{a0}%")))
+}
+
+/// Seconds and their interval in one unit, with the digits that this interval is worth.
+pub fn known_seconds(value: f64, interval: Option<Interval>) -> (String, Option<String>) {
+    let (unit, name) = unit_of_time(value);
+    match interval {
+        Some(_) => {
+            let (value, range) = known(value / unit, interval.map(|interval| interval.map(|end| end / unit)));
+            (format!("{value}\u{a0}{name}"), range.map(|range| format!("{range}\u{a0}{name}")))
+        }
+        None => (seconds(value), None),
+    }
+}
+
+/// An exponent and its interval, two digits behind the point or as many more as tell the ends apart.
+pub fn known_exponent(value: f64, interval: Option<Interval>) -> (String, Option<String>) {
+    let width = interval.map_or(1.0, |interval| interval.high - interval.low);
+    let places = if width < 0.015 { 3 } else { 2 };
+    let text = |end: f64| minus(format!("{:.places$}", end + 0.0));
+    (text(value), interval.map(|interval| format!("{} to {}", text(interval.low), text(interval.high))))
 }
 
 /// "1 sample", "4 samples".
@@ -124,17 +154,31 @@ mod tests {
             ["0", "1.0 × 10⁹", "3.0 × 10⁻⁷", "−4.0 × 10¹²"]
         );
         assert_eq!([0.0213, 0.3335, 1.5].map(percent), ["2.1\u{a0}%", "33.4\u{a0}%", "150\u{a0}%"]);
-        assert_eq!([0.0213, -0.3335, 0.0].map(signed_percent), ["+2.1\u{a0}%", "−33.4\u{a0}%", "0\u{a0}%"]);
+        assert_eq!(
+            [0.0213, -0.3335, -0.00004, 0.0031].map(signed_percent),
+            ["+2.13\u{a0}%", "−33.4\u{a0}%", "0.00\u{a0}%", "+0.31\u{a0}%"]
+        );
         assert_eq!([-0.04, 0.0, -1.25, 1170.4].map(score), ["0.0", "0.0", "−1.2", "1170"]);
         assert_eq!(
             [0.00021, 0.021, 0.5, 61.0, 300.0, 20000.0, 1e6].map(|v| seconds(v).replace('\u{a0}', " ")),
             ["210 µs", "21 ms", "0.50 s", "61 s", "5.0 min", "5.6 h", "12 days"]
         );
-        let interval = Interval { low: 50.0, high: 300.0 };
-        assert_eq!(seconds_range(interval), "0.83 to 5.0\u{a0}min");
-        assert_eq!(percent_range(Interval { low: 0.02, high: 0.1 }), "2.0 to 10.0\u{a0}%");
-        assert_eq!(range(interval, |v| significant(v, 1)), "50 to 300");
         assert_eq!([0.1, 0.05, 0.005].map(target), ["10\u{a0}%", "5\u{a0}%", "0.5\u{a0}%"]);
+        let around = |value: f64, half: f64| (value, Some(Interval::around(value, half)));
+        let pair =
+            |(value, range): (String, Option<String>)| [value, range.unwrap()].join(" / ").replace('\u{a0}', " ");
+        let texts =
+            [(84.96, 0.4), (1017.0, 14.0), (0.5, 0.4)].map(|(v, half)| around(v, half)).map(|(v, i)| pair(known(v, i)));
+        assert_eq!(texts, ["85.0 / 84.6 to 85.4", "1017 / 1003 to 1031", "0.50 / 0.10 to 0.90"]);
+        let (value, interval) = around(0.0634, 0.0002);
+        assert_eq!(pair(known_percent(value, interval)), "6.34 % / 6.32 to 6.36 %");
+        let (value, interval) = around(300.0, 30.0);
+        assert_eq!(pair(known_seconds(value, interval)), "5.0 min / 4.5 to 5.5 min");
+        let (value, interval) = around(-0.5, 0.02);
+        assert_eq!(pair(known_exponent(value, interval)), "−0.50 / −0.52 to −0.48");
+        let (value, interval) = around(-0.5, 0.002);
+        assert_eq!(pair(known_exponent(value, interval)), "−0.500 / −0.502 to −0.498");
+        assert_eq!([known(4.444, None), known_seconds(4.444, None)].map(|(text, _)| text), ["4.44", "4.4\u{a0}s"]);
         assert_eq!([1, 0, 4].map(|n| count(n, "sample")), ["1 sample", "0 samples", "4 samples"]);
     }
 }

@@ -9,7 +9,7 @@ use crate::report::write::contents::Contents;
 use crate::report::write::figures::{Figure, figures, names, small_error_plot, small_region_plot};
 use crate::report::write::heatmap::{self, Canvas, Scale, scale_legend};
 use crate::report::write::images::{self, data_uri, hardest_region, zoomable};
-use crate::report::write::numbers::{count, exponent, percent, seconds};
+use crate::report::write::numbers::{count, minus, percent, seconds};
 use crate::report::write::plot::{self, Layout, Plot};
 use crate::report::write::tables;
 use crate::report::write::words::{Words, tag};
@@ -198,7 +198,7 @@ impl Page<'_> {
             h3 { "The same time, " (count(shown.len() as u64, "image")) }
             p {
                 "What each makes of about " (seconds(time)) " of CPU time, and beside it the relative error of every pixel. \
-                 Exposure " (exponent(exposure).trim_end_matches(".00")) " EV, sRGB. A click enlarges an image. (Here they are JPEG; without loss they lie \
+                 Exposure " (minus(exposure.to_string())) " EV, sRGB. A click enlarges an image. (Here they are JPEG; without loss they lie \
                  beside this page as PNG.)"
             }
             (scale_legend(scale))
@@ -245,7 +245,7 @@ impl Page<'_> {
 
     fn method(&self) -> Markup {
         let experiment = self.0.experiment;
-        let budgets: Vec<String> = experiment.budgets.iter().map(budget_text).collect();
+        let budgets = budgets_text(&experiment.budgets);
         html! {
             h2 { "How this was measured" }
             p {
@@ -255,7 +255,7 @@ impl Page<'_> {
                  rendering alone."
             }
             p {
-                "Each budget (" (budgets.join(", ")) ") was run " (count(experiment.repeats.into(), "time")) " with independent seeds, \
+                "Each budget (" (budgets) ") was run " (count(experiment.repeats.into(), "time")) " with independent seeds, \
                  runs interleaved so that a slow moment of the machine hits all alike: many short renders, whose spread is shown \
                  (Celarek et al. 2019). Intervals are 95 %, of Student's t, from the spread of the runs in each of 1,024 tiles \
                  (Welch and Satterthwaite); those of the slopes hold for all configurations at once. What is extrapolated follows \
@@ -275,7 +275,7 @@ impl Page<'_> {
             pre { (self.0.command) }
             p {
                 "The runs are in " code { "converge.csv" } ", everything else in " code { "converge.json" } ", the plots and \
-                 pictures beside them."
+                 images beside them."
             }
         }
     }
@@ -342,10 +342,21 @@ pub fn heat_scale(shown: &[&Shown]) -> Scale {
     Scale::fitting(&all)
 }
 
-fn budget_text(budget: &Budget) -> String {
-    match budget {
-        Budget::Spp(spp) => format!("{} a pixel", count((*spp).into(), "sample")),
+/// "1, 4 and 16 samples a pixel".
+fn budgets_text(budgets: &[Budget]) -> String {
+    let text = |budget: &Budget| match budget {
+        Budget::Spp(spp) => spp.to_string(),
         Budget::Time(time) => seconds(time.as_secs_f64()),
+    };
+    let texts: Vec<String> = budgets.iter().map(text).collect();
+    let list = match texts.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => texts.concat(),
+    };
+    match budgets {
+        [Budget::Spp(1)] => "1 sample a pixel".to_owned(),
+        [Budget::Spp(_), ..] => format!("{list} samples a pixel"),
+        _ => list,
     }
 }
 
@@ -364,7 +375,7 @@ fn reference_text(title: &str, reference: &Reference) -> Markup {
                     @else { "It says nothing about its noise and counts as exact." }
                 }
                 Source::Rendered { strategy, lights, sampler, spp, seconds: wall, cpu_seconds, cached } => {
-                    " is a picture of " (strategy) " (lights " (lights) ", sampler " (sampler) ") with " (spp) " samples a pixel, \
+                    " is an image of " (strategy) " (lights " (lights) ", sampler " (sampler) ") with " (spp) " samples a pixel, \
                      in eight parts with seeds, and so sampling patterns, that no run has; nothing is learned or guided in it. It took " (seconds(*cpu_seconds)) " of CPU time (" (seconds(*wall)) " by the clock"
                     @if *cached { ", in an earlier call" } "). By the spread of its parts its own error is " (noise)
                     "; that is subtracted."

@@ -6,9 +6,9 @@ use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::findings::{Finding, Point, Verdict, sample_ratio};
 use crate::report::analysis::summary::{Summary, share_of_best};
 use crate::report::write::numbers::{
-    exponent, percent, percent_range, range, score, seconds, seconds_range, signed_percent, significant, target,
+    known, known_exponent, known_percent, known_seconds, percent, score, seconds, signed_percent, significant, target,
 };
-use crate::report::write::words::{Words, last_error, tag};
+use crate::report::write::words::{Words, tag};
 use crate::strategy::Strategy;
 
 /// A table that scrolls sideways where the page is narrow.
@@ -21,8 +21,13 @@ fn dash() -> String {
 }
 
 /// A value with its 95 % interval below it.
-fn with_interval(value: &str, interval: Option<String>) -> Markup {
+fn with_interval((value, interval): (String, Option<String>)) -> Markup {
     html! { (value) @if let Some(interval) = interval { br; small { (interval) } } }
+}
+
+/// The relative error of `point` with its interval.
+fn error(point: &Point) -> (String, Option<String>) {
+    known_percent(point.relmse.max(0.0).sqrt(), point.relmse_interval.map(|interval| interval.map(f64::sqrt)))
 }
 
 /// Error, time, bias, efficiency, slope: a row a configuration.
@@ -37,7 +42,7 @@ pub fn comparison(words: &Words) -> Markup {
             @let last = finding.points.last();
             tr class=[tag(finding).map(|_| "biased")] {
                 td class="name" { (words.label(finding)) }
-                td { (with_interval(&percent(last_error(finding)), last.and_then(error_range))) }
+                td { @if let Some(last) = last { (with_interval(error(last))) } }
                 td { (last.map_or(String::new(), |point| seconds(point.cpu_seconds))) }
                 td { (signed_percent(finding.relative_bias)) }
                 td { (score(finding.bias_z)) }
@@ -45,10 +50,9 @@ pub fn comparison(words: &Words) -> Markup {
                     (share.map_or(tag(finding).unwrap_or("–").to_owned(), percent))
                 }
                 td {
-                    (with_interval(
-                        &finding.efficiency.map_or_else(dash, |efficiency| significant(efficiency, 3)),
-                        finding.efficiency_interval.map(|interval| range(interval, |v| significant(v, 3))),
-                    ))
+                    @if let Some(efficiency) = finding.efficiency {
+                        (with_interval(known(efficiency, finding.efficiency_interval)))
+                    } @else { (dash()) }
                 }
                 td { (slope(finding)) }
             }
@@ -57,20 +61,18 @@ pub fn comparison(words: &Words) -> Markup {
     scrolling(&rows)
 }
 
-/// The interval of the relative error of `point`.
-fn error_range(point: &Point) -> Option<String> {
-    point.relmse_interval.map(|interval| percent_range(interval.map(f64::sqrt)))
-}
-
 /// Half the slope of relMSE; of a biased strategy the level where its error ends.
 fn slope(finding: &Finding) -> Markup {
     if finding.biased && finding.floor > 0.0 {
-        let interval = finding.floor_interval.map(|interval| percent_range(interval.map(f64::sqrt)));
-        return with_interval(&format!("ends at {}", percent(finding.floor.sqrt())), interval);
+        let interval = finding.floor_interval.map(|interval| interval.map(f64::sqrt));
+        let (level, range) = known_percent(finding.floor.sqrt(), interval);
+        return with_interval((format!("ends at {level}"), range));
     }
     let Some(fit) = finding.relmse_by_samples else { return html! { (dash()) } };
-    let half = |slope: f64| exponent(slope / 2.0);
-    with_interval(&half(fit.law.slope), fit.slope_interval.map(|interval| range(interval, half)))
+    with_interval(known_exponent(
+        fit.law.slope / 2.0,
+        fit.slope_interval.map(|interval| interval.map(|slope| slope / 2.0)),
+    ))
 }
 
 /// CPU seconds to the target errors.
@@ -94,9 +96,8 @@ pub fn prices(words: &Words) -> Markup {
                     td class=[class] {
                         @if finding.verdict == Verdict::Undersampled { (dash()) }
                         @else if let Some(cpu_seconds) = price.cpu_seconds {
-                            @let text = seconds(cpu_seconds);
-                            @let text = if price.extrapolated { format!("({text})") } else { text };
-                            (with_interval(&text, price.interval.map(seconds_range)))
+                            @let (text, range) = known_seconds(cpu_seconds, price.interval);
+                            (with_interval((if price.extrapolated { format!("({text})") } else { text }, range)))
                         }
                         @else { "never" }
                     }
@@ -107,7 +108,7 @@ pub fn prices(words: &Words) -> Markup {
     html! {
         (scrolling(&rows))
         p class="facts" {
-            "In parentheses: extrapolated along the fitted law, outside of what was measured. Intervals are those of the law, its \
+            "In parentheses: extrapolated along the fitted law, outside of what was measured. Intervals (95 %) are those of the law, its \
              slope included; the time of a sample counts as known."
         }
     }
@@ -124,17 +125,14 @@ pub fn samples(words: &Words) -> Markup {
     let rows = html! {
         tr { th { "" } th { "samples" } th { "95 %" } th { "CPU time" } }
         @for (finding, ratio) in ratios {
-            @let times = |factor: f64| {
-                let text = format!("{} ×", significant(factor, 3));
-                if ratio.extrapolated { format!("({text})") } else { text }
-            };
+            @let times = |text: String| if ratio.extrapolated { format!("({text} ×)") } else { format!("{text} ×") };
+            @let (value, range) = known(ratio.value, ratio.interval);
+            @let in_time = ratio.value * finding.cpu_seconds_by_sample / nee.cpu_seconds_by_sample;
             tr {
                 td class="name" { (words.label(finding)) }
-                td class=[ratio.extrapolated.then_some("guess")] { (times(ratio.value)) }
-                td { (ratio.interval.map_or_else(dash, |interval| range(interval, |v| significant(v, 3)))) }
-                td class=[ratio.extrapolated.then_some("guess")] {
-                    (times(ratio.value * finding.cpu_seconds_by_sample / nee.cpu_seconds_by_sample))
-                }
+                td class=[ratio.extrapolated.then_some("guess")] { (times(value)) }
+                td { (range.unwrap_or_else(dash)) }
+                td class=[ratio.extrapolated.then_some("guess")] { (times(significant(in_time, 3))) }
             }
         }
     };

@@ -3,9 +3,14 @@
 use crate::report::analysis::findings::{BIAS_Z, Finding, Law, Verdict, sample_ratio};
 use crate::report::measure::experiment::Experiment;
 use crate::report::write::numbers::{
-    count, exponent, percent, percent_range, range, score, seconds, seconds_range, significant, target,
+    count, known, known_exponent, known_percent, known_seconds, percent, score, significant, target,
 };
 use crate::strategy::Strategy;
+
+/// " (95 %: 1.2 to 3.4)", or nothing.
+fn within(range: Option<String>) -> String {
+    range.map(|range| format!(" (95 %: {range})")).unwrap_or_default()
+}
 
 /// "3.4 times".
 fn times(factor: f64) -> String {
@@ -113,9 +118,8 @@ impl Words<'_> {
             return String::new();
         };
         let takes = if price.extrapolated { "would take, extrapolated," } else { "takes" };
-        let interval =
-            price.interval.map(|interval| format!(" (95 %: {})", seconds_range(interval))).unwrap_or_default();
-        format!("An error of {} {takes} {} of CPU time{interval}. ", target(price.error), seconds(cpu_seconds))
+        let (time, range) = known_seconds(cpu_seconds, price.interval);
+        format!("An error of {} {takes} {time} of CPU time{}. ", target(price.error), within(range))
     }
 
     fn biased_sentence(&self, finding: &Finding) -> String {
@@ -126,10 +130,10 @@ impl Words<'_> {
             let (level, last) = (floor.sqrt(), last_error(finding));
             let there = if (last / level - 1.0).abs() < 0.05 { ", and has got there" } else { "" };
             let interval = finding.floor_interval.map(|interval| interval.map(f64::sqrt));
-            let interval = interval.map(|interval| format!(" (95 %: {})", percent_range(interval))).unwrap_or_default();
+            let (level, range) = known_percent(level, interval);
             text += &format!(
-                "Its error levels off at {}{interval}{there}: no number of samples lowers it further. ",
-                percent(level)
+                "Its error levels off at {level}{}{there}: no number of samples lowers it further. ",
+                within(range)
             );
         }
         text += match (self.strategy(finding).is_some(), self.is_biased_by_design(finding)) {
@@ -196,13 +200,12 @@ impl Words<'_> {
         let spp = nee.points.last()?.spp;
         let error = percent(last_error(nee));
         let takes = if ratio.extrapolated { "would take, extrapolated," } else { "takes" };
-        let interval = ratio.interval.map(|interval| format!(" (95 %: {})", range(interval, |v| significant(v, 2))));
+        let (value, range) = known(ratio.value, ratio.interval);
         Some(format!(
-            "For the error that nee has with {} a pixel ({error}), bsdf {takes} {} as many samples{} and {} the CPU time. (The \
+            "For the error that nee has with {} a pixel ({error}), bsdf {takes} {value} times as many samples{} and {} the CPU time. (The \
              lecture speaks of 10 or 20 times as many for the scene it shows.)",
             count(spp.round() as u64, "sample"),
-            times(ratio.value),
-            interval.unwrap_or_default(),
+            within(range),
             times(in_time),
         ))
     }
@@ -231,12 +234,11 @@ fn slope_sentence(finding: &Finding) -> String {
         (false, true) => "faster than that of independent samples",
         (false, false) => "more slowly than that of independent samples",
     };
-    let half = |slope: f64| exponent(slope / 2.0);
+    let (slope, range) = known_exponent(fit.law.slope / 2.0, Some(interval.map(|slope| slope / 2.0)));
     let factor = 4f64.powf(-fit.law.slope / 2.0);
     format!(
-        "Its error falls with the power {} of the samples (95 %: {}), {verdict}: four times the samples divide it by {}. ",
-        half(fit.law.slope),
-        range(interval, half),
-        significant(factor, 2)
+        "Its error falls with the power {slope} of the samples{}, {verdict}: four times the samples divide it by {}. ",
+        within(range),
+        significant(factor, 3)
     )
 }
