@@ -6,6 +6,7 @@ use crate::cli::output::{JsonArgs, aligned, check_place, columns, make_directory
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::{Bounds, Format, Image, check_output_path};
+use crate::report::measure::flip;
 use crate::report::measure::metrics::{Fault, Metrics, compare, relative_errors};
 use crate::report::write::heatmap::{Canvas, Scale};
 use std::fs::File;
@@ -15,7 +16,8 @@ use std::path::{Path, PathBuf};
 /// Printed below the flags.
 const DEFINITIONS: &str = "\
 Sums run over all pixels and channels, in linear Rec.709. mse: mean of (a-b)^2; relmse: mean of (a-b)^2 / (b^2 + 0.01); \
-relative error: root of relmse; mape: mean of |a-b| / (|b| + 0.01); bias_z: difference of the mean values over its standard \
+relative error: root of relmse; psnr: -10 log10 of the mean squared difference of what a PNG shows (exposure 0, cut to [0, 1], \
+sRGB), in dB; flip: mean HDR-FLIP at 67 pixels a degree; mape: mean of |a-b| / (|b| + 0.01); bias_z: difference of the mean values over its standard \
 error, from the variance layers of EXR files. If B has such layers, its noise is subtracted from mse and relmse, since A and B \
 are taken to have samples of their own. PNG files are decoded from sRGB; what they were rounded to and cut at counts as error. \
 Of crops in EXR files the pixels that both have are compared.";
@@ -65,6 +67,7 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
     let found = Found {
         metrics,
         relative_error: metrics.relmse.sqrt(),
+        flip: flip::mean(&flip::hdr(&a, &b, flip::PIXELS_PER_DEGREE)),
         identical: a.pixels == b.pixels,
         compared: corners(area),
         display_window: corners(a.display()),
@@ -127,6 +130,8 @@ struct Found {
     metrics: Metrics,
     /// Root of `relmse`.
     relative_error: f64,
+    /// Mean HDR-FLIP, 67 pixels a degree.
+    flip: f64,
     /// Every pixel is the same: there is no noise to subtract.
     identical: bool,
     /// The pixels compared: where both data windows overlap.
@@ -253,12 +258,15 @@ fn lines(found: &Found) -> Vec<Line> {
         let channels = [r, g, b].map(scientific).join(" ");
         Line::new(name, (r + g + b) / 3.0, format!("{channels} in red, green, blue"))
     };
+    let psnr = "dB, of sRGB values in [0, 1]";
     let relative = format!("root of relmse: {}", percent(found.relative_error));
     vec![
         Line::new("mse", m.mse, "mean of (a - b)^2").before(m.mse_raw),
         Line::new("rmse", m.rmse, "root of mse").before(m.mse_raw.sqrt()),
         Line::new("relmse", m.relmse, "mean of (a - b)^2 / (b^2 + 0.01)").before(m.relmse_raw),
         Line::new("relative error", found.relative_error, relative).before(m.relmse_raw.sqrt()),
+        Line { value: m.psnr.map_or("-".to_owned(), scientific), ..Line::new("psnr", 0.0, psnr) },
+        Line::new("flip", found.flip, "HDR-FLIP, 67 pixels a degree: 0 no visible difference, 1 the largest"),
         Line::new("mape", m.mape, "mean of |a - b| / (|b| + 0.01)"),
         Line::new("bias", m.bias, bias),
         bias_z,
@@ -317,6 +325,7 @@ mod tests {
         Found {
             metrics,
             relative_error: metrics.relmse.sqrt(),
+            flip: flip::mean(&flip::hdr(&a, &b, flip::PIXELS_PER_DEGREE)),
             identical: a == b || a.pixels == b.pixels,
             compared: [0, 0, 1, 1],
             display_window: [0, 0, 1, 1],

@@ -137,15 +137,21 @@ fn the_report_is_whole_valid_and_self_contained() {
         let selector = Selector::parse(what).unwrap();
         page.select(&selector).map(|element| element.value().clone()).collect::<Vec<_>>()
     };
-    // Every picture is in the page, and is one: a render and a heatmap of each configuration and light.
-    let pictures = select("img");
-    assert_eq!(pictures.len(), 2 * 27);
-    for picture in &pictures {
-        let data = picture.attr("src").unwrap().strip_prefix("data:image/png;base64,").unwrap();
+    // Every image is in the page, and is one: of each light the reference, whole and its hardest part, and of each
+    // configuration a render, a heatmap and that part. Each can be enlarged.
+    let images = select("img");
+    assert_eq!((images.len(), select("label.zoom input[type=checkbox]").len()), (3 * (2 + 3 * 9), 3 * (2 + 3 * 9)));
+    let mut whole = 0;
+    for shown in &images {
+        let (kind, data) = shown.attr("src").unwrap().split_once(";base64,").unwrap();
+        assert!(["data:image/png", "data:image/jpeg"].contains(&kind), "{kind}");
         let decoded = image::load_from_memory(&STANDARD.decode(data).unwrap()).unwrap();
-        assert_eq!((decoded.width(), decoded.height()), (20, 16));
-        assert!(!picture.attr("alt").unwrap().is_empty());
+        let size = (decoded.width(), decoded.height());
+        assert!(size == (20, 16) || size == (16, 16), "{size:?}");
+        whole += (size == (20, 16)) as u32;
+        assert!(!shown.attr("alt").unwrap().is_empty());
     }
+    assert_eq!(whole, 3 * (1 + 2 * 9));
     // Nothing is fetched, nothing runs.
     for (what, attribute) in [("[src]", "src"), ("[href]", "href"), ("[data]", "data"), ("[srcset]", "srcset")] {
         for element in select(what) {
@@ -159,19 +165,25 @@ fn the_report_is_whole_valid_and_self_contained() {
     assert!(!text.contains("@import") && !text.contains("url("), "styles fetch nothing");
     let events = Selector::parse("*").unwrap();
     assert!(page.select(&events).all(|element| element.value().attrs().all(|(name, _)| !name.starts_with("on"))));
-    // Two plots a light, each for a desk and for a phone; every strategy is named in each.
-    assert_eq!(select("svg").len(), 3 * 4);
+    // Four figures a light, each for a desk and for a phone; small ones of the lights together and of the regions of each.
+    assert_eq!(select("svg.plot:not(.key)").len(), 3 * 4 * 2 + 3 + 3 * 2);
     for what in ["title", "h1", "h2", "table", "pre", "ul"] {
         assert!(!select(what).is_empty(), "{what}");
     }
     assert!(text.contains("prefers-color-scheme:dark") && text.contains("octray converge "), "dark too; the command");
     assert!(!text.contains("NaN") && !text.contains("inf "), "no figure is missing");
-    for name in ["error-against-samples", "error-against-seconds-blue", "error-against-samples-grey"] {
+    let named = |name: &str, strategies: &[&str]| {
         let svg = place.read(&format!("{name}.svg"));
         let tree = roxmltree::Document::parse(&svg).unwrap();
         let named =
-            |strategy: &str| tree.descendants().any(|node| node.text().is_some_and(|text| text.contains(strategy)));
-        assert!(["uniform", "nee-average", "mis-power"].into_iter().all(named), "{name}");
+            |strategy: &&str| tree.descendants().any(|node| node.text().is_some_and(|text| text.contains(strategy)));
+        assert!(strategies.iter().all(named), "{name}");
+    };
+    for name in ["error-against-samples", "error-against-seconds-blue", "error-against-samples-grey"] {
+        named(name, &["uniform", "nee-sum", "nee-average", "mis-power"]);
+    }
+    for name in ["efficiency-against-seconds-grey", "error-spectrum"] {
+        named(name, &["mis-power"]);
     }
     assert!(Path::new(&place.path("report")).join("mis-balance-grey-error.png").exists());
 }
@@ -194,7 +206,7 @@ fn a_closed_form_needs_no_reference() {
     let json = place.converge(FURNACE, &[&flags[..], &["--reference", &wrong]].concat());
     assert!(json["cases"][0]["reference"]["path"].as_str().unwrap().ends_with("wrong.pfm"));
     assert!(["bsdf", "nee"].iter().all(|strategy| finding(&json, strategy)["biased"] == true));
-    assert!(place.read("report.html").contains("It should have none"));
+    assert!(place.read("report.html").contains("It should have no bias"));
 }
 
 #[test]
@@ -210,6 +222,137 @@ fn times_and_lists_are_budgets_and_configurations() {
     assert!(names.contains(&"\"power\" \"scalar\"".to_owned()), "{names:?}");
     assert!(place.read("report.html").contains("nee power scalar"));
     assert_eq!(place.read("converge.csv").lines().count(), 1 + 2 * 2 * 4);
+}
+
+#[test]
+fn several_scenes_make_one_page_with_means_over_them() {
+    let place = Place::new();
+    let flags = ["--width", "16", "--height", "16", "--spps", "4,16", "--repeats", "3", "--reference-spp", "512"];
+    let more = [CORNELL, FURNACE, "--strategies", "bsdf,mis-power,nee-sum"];
+    let json = place.converge(LIGHTS, &[&more[..], &flags].concat());
+    let cases = json["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 3);
+    assert!(cases[1]["scene"].as_str().unwrap().ends_with("cornell.toml") && cases[0]["light"] == "all");
+    assert_eq!(
+        (&cases[0]["reference"]["kind"], &cases[2]["reference"]["kind"]),
+        (&"rendered".into(), &"closed_form".into())
+    );
+    // Geometric means of the shares of the best, and the least share with its scene.
+    let findings = json["findings"].as_array().unwrap();
+    let efficiency = |case: usize, configuration: usize| {
+        let found = findings.iter().find(|f| f["case"] == case && f["configuration"] == configuration).unwrap();
+        found["efficiency"].as_f64()
+    };
+    let share = |case: usize, configuration: usize| {
+        let best = (0..3).filter_map(|other| efficiency(case, other)).fold(0.0, f64::max);
+        efficiency(case, configuration).unwrap() / best
+    };
+    for configuration in [0, 1] {
+        let shares = [0, 1, 2].map(|case| share(case, configuration));
+        let summary = &json["summaries"][configuration];
+        let mean = shares.iter().product::<f64>().cbrt();
+        assert!((number(&summary["geometric_mean"]) / mean - 1.0).abs() < 1e-9, "{summary} {mean}");
+        let worst = summary["worst"][0].as_u64().unwrap() as usize;
+        assert!(shares.iter().all(|share| *share >= shares[worst]) && number(&summary["worst"][1]) == shares[worst]);
+    }
+    assert!(json["summaries"][2]["geometric_mean"].is_null(), "nee-sum is biased");
+    let page = place.read("report.html");
+    assert!(page.contains("lecture_lights, cornell, furnace") && page.contains("geometric mean"));
+    for name in ["error-against-seconds-furnace.svg", "nee-sum-cornell.png", "reference-lecture_lights.exr"] {
+        assert!(Path::new(&place.path("report")).join(name).exists(), "{name}");
+    }
+    let csv = place.read("converge.csv");
+    assert!(
+        csv.lines().next().unwrap().ends_with(",scene") && csv.lines().nth(1).unwrap().ends_with(",lecture_lights")
+    );
+    // Every scene needs a reference of its own.
+    let one = place.path("report/reference-cornell.exr");
+    let two = [CORNELL, LIGHTS, "--out", &place.path("other"), "--reference", &one, "--width", "16", "--height", "16"];
+    let output = octray(&[&["converge"], &two[..]].concat());
+    assert!(output.status.code() == Some(2) && stderr(&output).contains("1 for 2 cases"), "{}", stderr(&output));
+}
+
+#[test]
+fn other_renderers_stand_beside_ours() {
+    let place = Place::new();
+    let film = ["--width", "16", "--height", "16"];
+    let rows = |text: &str| {
+        let path = place.path("others.csv");
+        fs::write(&path, text).unwrap();
+        path
+    };
+    // Another renderer, played by ourselves: `bsdf` by its images alone, twice as slow as the file says.
+    let mut text = String::from("# made for this test\nimage, seconds ,name,spp,scene\n");
+    for (spp, seed) in [(4, 1), (4, 2), (4, 3), (16, 4), (16, 5), (16, 6)] {
+        let name = format!("other-{spp}-{seed}.exr");
+        let (spp_text, seed) = (spp.to_string(), seed.to_string());
+        let image = place.path(&name);
+        let flags = ["render", CORNELL, "-o", &image, "--strategy", "bsdf", "--spp", &spp_text, "--seed", &seed];
+        assert!(octray(&[&flags[..], &film].concat()).status.success());
+        text += &format!("{name},{},\"the other, louder\",{spp},cornell\n", 0.5 * spp as f64);
+    }
+    let csv = rows(&text);
+    let flags = ["--strategies", "bsdf,nee", "--spps", "4,16", "--repeats", "3", "--reference-spp", "4096"];
+    let json = place.converge(CORNELL, &[&film[..], &flags, &["--against", &csv]].concat());
+    assert_eq!(json["others"], serde_json::json!(["the other, louder"]));
+    let findings = json["findings"].as_array().unwrap();
+    let other = findings.iter().find(|f| f["configuration"] == 2).unwrap();
+    let bsdf = findings.iter().find(|f| f["configuration"] == 0).unwrap();
+    let relmse = |finding: &Value, point: usize| number(&finding["points"][point]["relmse"]);
+    assert!((relmse(other, 1) / relmse(bsdf, 1) - 1.0).abs() < 0.5 && other["points"][1]["runs"] == 3);
+    assert_eq!(number(&other["points"][1]["cpu_seconds"]), 8.0);
+    assert!(number(&other["efficiency"]) < number(&bsdf["efficiency"]) && other["biased"] == false);
+    let page = place.read("report.html");
+    assert!(page.contains("as efficient as the other, louder") && page.contains("Of other renderers"));
+    assert!(place.read("error-against-seconds.svg").contains("the other, louder"));
+    let table = place.read("converge.csv");
+    assert!(table.lines().last().unwrap().starts_with("\"the other, louder\",,,,16,"), "{table}");
+    // Without samples the images stand by their seconds.
+    let csv = rows(&text.replace(",4,cornell", ",,").replace(",16,cornell", ",,"));
+    let json = place.converge(CORNELL, &[&film[..], &flags, &["--against", &csv]].concat());
+    let other = json["findings"].as_array().unwrap().iter().find(|f| f["configuration"] == 2).unwrap().clone();
+    assert_eq!(other["points"].as_array().unwrap().len(), 6);
+    assert!(other["prices"][0]["samples"].is_null() && number(&other["prices"][0]["cpu_seconds"]) > 8.0);
+    // What is wrong is told with its line, before anything is rendered.
+    let refused = |text: &str, message: &str| {
+        let csv = rows(text);
+        let out = place.path("refused");
+        let output = octray(&[&["converge", CORNELL, "--out", &out, "--against", &csv], &film[..]].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(message) && !Path::new(&out).exists(), "{message}: {}", stderr(&output));
+    };
+    refused("name,seconds\n", "others.csv:1: no column `image`");
+    refused("name,seconds,image\n", "no rows");
+    refused("name,seconds,image\na,0,x.exr\n", "others.csv:2: seconds `0`: give a number above 0");
+    refused("name,seconds,image,spp\na,1,x.exr,-3\n", "others.csv:2: spp `-3`");
+    refused(
+        "name,seconds,image,scene\na,1,x.exr,kitchen\n",
+        "others.csv:2: scene `kitchen` is not measured; known: cornell",
+    );
+    refused("name,seconds,image\na,1\n", "others.csv:2");
+    refused("name,seconds,image\na,1,none.exr\n", "none.exr: cannot read it");
+}
+
+#[test]
+fn an_error_is_reached_when_asked_for() {
+    let place = Place::new();
+    let flags = ["--width", "16", "--height", "16", "--spps", "1,4", "--repeats", "3", "--reference-spp", "16384"];
+    let json = place.converge(CORNELL, &[&flags[..], &["--strategies", "bsdf,nee,nee-sum", "--reach", "30%"]].concat());
+    assert_eq!(json["reach"], 0.3);
+    for (strategy, reached) in [("bsdf", true), ("nee", true), ("nee-sum", false)] {
+        let found = finding(&json, strategy);
+        let last = found["points"].as_array().unwrap().last().unwrap();
+        assert_eq!(number(&last["relmse"]).sqrt() <= 0.3, reached, "{strategy}: {last}");
+        assert_eq!(last["runs"], if reached { 2 } else { 3 });
+        let price = found["prices"].as_array().unwrap().iter().find(|price| price["error"] == 0.3).unwrap();
+        assert!(!reached || price["extrapolated"] == false, "{price}");
+    }
+    let runs = json["runs"].as_array().unwrap();
+    assert!(runs.len() > 2 * 3 * 3);
+    // No seed twice.
+    let seeds: std::collections::HashSet<_> =
+        runs.iter().filter(|run| run["configuration"] == 0).map(|run| run["seed"].to_string()).collect();
+    assert_eq!(seeds.len(), runs.iter().filter(|run| run["configuration"] == 0).count());
 }
 
 #[test]

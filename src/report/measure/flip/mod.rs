@@ -29,6 +29,7 @@ pub use exposure::{Exposures, exposures};
 use crate::image::Image;
 use filters::{Filters, Window};
 use glam::DVec3;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Pixels per degree of visual angle at 0.7 m from a display that shows 3,840 pixels on 0.7 m: 67.02, the authors'
 /// default.
@@ -51,15 +52,37 @@ pub fn ldr(test: &Image, reference: &Image, exposure: f64, pixels_per_degree: f6
 /// If the sizes differ. Values must be finite ([`super::metrics::check`]).
 pub fn hdr(test: &Image, reference: &Image, pixels_per_degree: f64) -> Vec<f64> {
     let filters = Filters::new(pixels_per_degree);
-    let mut largest = vec![0.0; reference.pixels.len()];
-    for stops in exposures(reference).stops() {
-        let scale = libm::exp2(stops);
-        let show = |radiance: DVec3| exposure::tone_map(radiance.max(DVec3::ZERO) * scale);
-        for (largest, error) in largest.iter_mut().zip(error_map(test, reference, show, &filters)) {
-            *largest = error.max(*largest);
+    let stops: Vec<f64> = exposures(reference).stops().collect();
+    let next = AtomicUsize::new(0);
+    // Exposures are far apart from each other and alike in work: threads take them in turn. A maximum knows no order.
+    let take = || {
+        let mut largest = vec![0.0; reference.pixels.len()];
+        while let Some(stops) = stops.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let scale = libm::exp2(*stops);
+            let show = |radiance: DVec3| exposure::tone_map(radiance.max(DVec3::ZERO) * scale);
+            keep_larger(&mut largest, &error_map(test, reference, show, &filters));
         }
+        largest
+    };
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(stops.len());
+    std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
+        let mut largest = take();
+        for other in others {
+            match other.join() {
+                Ok(errors) => keep_larger(&mut largest, &errors),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        largest
+    })
+}
+
+/// The larger of both, pixel by pixel.
+fn keep_larger(largest: &mut [f64], errors: &[f64]) {
+    for (largest, error) in largest.iter_mut().zip(errors) {
+        *largest = error.max(*largest);
     }
-    largest
 }
 
 /// The mean of an error map: the one figure that is quoted. 0 for a map without pixels.
