@@ -24,7 +24,12 @@ macro_rules! named_choice {
             fn from_str(text: &str) -> Result<Self, String> {
                 match text {
                     $($text => Ok($name::$variant),)*
-                    _ => Err(format!("unknown {} `{text}`; known: {}", $what, [$($text),*].join(", "))),
+                    _ => {
+                        let known = [$($text),*];
+                        let meant = crate::nearest::close(text, known);
+                        let hint = meant.map_or(String::new(), |near| format!(" (did you mean `{near}`?)"));
+                        Err(format!("unknown {} `{text}`{hint}; known: {}", $what, known.join(", ")))
+                    }
                 }
             }
         }

@@ -5,6 +5,22 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     known.into_iter().min_by_key(|candidate| edit_distance(word, candidate))
 }
 
+/// The word of `known` that a slip of the keys may have turned into `word`: one in three letters wrong at most, or one at all,
+/// upper and lower case alike; else the only one that has `word` in it. `None` where nothing is near enough to be meant.
+pub fn close<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let known: Vec<&str> = known.into_iter().collect();
+    let lower = word.to_lowercase();
+    let distance = |candidate: &str| edit_distance(&lower, &candidate.to_lowercase());
+    let most = (word.chars().count() / 3).max(1);
+    let near = known.iter().min_by_key(|candidate| distance(candidate)).filter(|near| distance(near) <= most);
+    // Words of one or two letters are near everything of their length, and part of much.
+    if word.chars().count() < 3 {
+        return near.filter(|near| near.eq_ignore_ascii_case(word)).copied();
+    }
+    let mut holders = known.iter().filter(|candidate| candidate.to_lowercase().contains(&lower));
+    near.or_else(|| holders.next().filter(|_| holders.next().is_none())).copied()
+}
+
 /// Insertions, deletions, substitutions and swaps of neighbours that turn `a` into `b` (Damerau 1964, the restricted
 /// form): a swap counts 1 because `widht` is nearer to `width` than to anything two keys away.
 fn edit_distance(a: &str, b: &str) -> usize {
@@ -39,5 +55,28 @@ mod tests {
         }
         assert_eq!(nearest("heigth", ["width", "height"]), Some("height"));
         assert_eq!(nearest("x", []), None);
+    }
+
+    #[test]
+    fn only_what_may_be_meant_is_close() {
+        let known = ["uniform", "nee", "nee-average", "mis-balance", "mis-power"];
+        for (word, wanted) in [
+            ("mis-powr", Some("mis-power")),
+            ("MIS-POWER", Some("mis-power")),
+            ("mispower", Some("mis-power")),
+            ("unifrom", Some("uniform")),
+            ("ne", None),
+            ("NEE", Some("nee")),
+            ("nes", Some("nee")),
+            ("balance", Some("mis-balance")),
+            ("average", Some("nee-average")),
+            ("mis-", None),
+            ("magic", None),
+            ("", None),
+            ("x", None),
+        ] {
+            assert_eq!(close(word, known), wanted, "{word}");
+        }
+        assert_eq!(close("nee", []), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What one path met, written down by either engine: records for `octray trace` and for tests, which no picture needs.
+//! What one path met, written down by either engine: records for `octray trace` and for tests, which no image needs.
 //!
 //! Both engines give a list of [`PathStep`], one a ray of the path. Equal paths have equal lists, to the last bit;
 //! [`first_difference`] says where two part.
@@ -12,6 +12,8 @@ pub struct TraceVertex {
     pub event: &'static str,
     /// The triangle concerned, [`crate::bvh::ray::NO_HIT`] if none.
     pub triangle: u32,
+    /// The triangle of the light that a light sample was sent to, [`crate::bvh::ray::NO_HIT`]: the environment.
+    pub light: u32,
     /// Ray parameter of the hit, where there is one.
     pub t: f64,
     /// Where it happened; of a `ray` its origin.
@@ -24,10 +26,20 @@ pub struct TraceVertex {
     pub gain: [f64; 3],
     /// Radiance gathered so far.
     pub radiance: [f64; 3],
-    /// Density of the direction or light sample concerned (per steradian), where there is one.
+    /// The radiance of the light that was met or sampled.
+    pub emitted: [f64; 3],
+    /// Of a light sample BSDF times cosine, of a bounce that over the density: the factor on the throughput.
+    pub bsdf: [f64; 3],
+    /// Density of the direction or light sample concerned (per steradian), where there is one; infinite for a delta lobe.
     pub pdf: f64,
+    /// The density with which the other technique would have drawn the direction, where it could have.
+    pub pdf_other: f64,
     /// MIS weight, where there is one.
     pub weight: f64,
+    /// Of choosing the light, or of surviving roulette.
+    pub probability: f64,
+    /// What else there is to say: why a path ends, why a light sample brings nothing, which way emission was found.
+    pub note: &'static str,
 }
 
 impl TraceVertex {
@@ -43,6 +55,17 @@ pub const RAY: &str = "ray";
 pub const LIGHT_SAMPLE: &str = "light sample";
 /// The event of a light sample that something blocks.
 pub const LIGHT_SAMPLE_BLOCKED: &str = "light sample, blocked";
+
+/// The event of a light sample that was drawn and can bring nothing: no shadow ray is traced.
+pub const LIGHT_SAMPLE_IDLE: &str = "light sample, nothing";
+/// The event of a path that roulette ends.
+pub const ROULETTE: &str = "roulette";
+/// The event of a path that roulette lets go on.
+pub const ROULETTE_SURVIVED: &str = "roulette survived";
+/// The event of a coin that chooses between light sample and BSDF sample.
+pub const COIN: &str = "coin";
+/// The event of a path that ends otherwise than by leaving the scene or by roulette.
+pub const END: &str = "end";
 
 /// A shadow ray and what it carries.
 #[derive(Clone, Copy, Debug)]

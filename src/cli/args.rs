@@ -134,14 +134,33 @@ pub fn positive(text: &str) -> Result<u32, String> {
     text.parse().ok().filter(|&n| n > 0).ok_or_else(|| format!("give a whole number from 1 to {}", u32::MAX))
 }
 
-/// Seconds of wall time: finite and above 0.
+/// What [`seconds`] refuses.
+const TIME: &str = "give a number of seconds above 0, or a time with units, as 500ms, 10s, 1m30s, 2m or 1h";
+/// Units of time and their seconds, the longest first; of one letter or two.
+const UNITS: [(&str, f64); 4] = [("h", 3600.0), ("m", 60.0), ("s", 1.0), ("ms", 1e-3)];
+
+/// A wall time, finite and above 0: seconds, or numbers with units, the longer unit first and each once (`1h30m`).
 pub fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse::<f64>().ok().filter(|&seconds| seconds > 0.0);
-    let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    duration.filter(|duration| !duration.is_zero()).ok_or_else(|| "give a number of seconds above 0".into())
+    let seconds = text.trim().parse::<f64>().ok().or_else(|| with_units(text));
+    let duration = seconds.filter(|&s| s > 0.0).and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    duration.filter(|duration| !duration.is_zero()).ok_or_else(|| TIME.into())
 }
 
-/// Exposure in stops, within what changes an 8-bit picture.
+/// The seconds of `1m30s`; blanks between the parts do not matter.
+fn with_units(text: &str) -> Option<f64> {
+    let (mut rest, mut sum, mut next) = (text.trim_start(), 0.0, 0);
+    while !rest.is_empty() {
+        let (number, after) = rest.split_at(rest.find(|c: char| !(c.is_ascii_digit() || c == '.'))?);
+        let after = after.trim_start();
+        let (unit, after) = after.split_at(after.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(after.len()));
+        let at = UNITS.iter().position(|(name, _)| *name == unit).filter(|&at| at >= next)?;
+        sum += number.parse::<f64>().ok()? * UNITS[at].1;
+        (rest, next) = (after.trim_start(), at + 1);
+    }
+    Some(sum)
+}
+
+/// Exposure in stops, within what changes an 8-bit image.
 pub fn exposure(text: &str) -> Result<f64, String> {
     let valid = |stops: &f64| (-200.0..=200.0).contains(stops);
     text.parse().ok().filter(valid).ok_or_else(|| "give a number of stops from -200 to 200".into())
@@ -214,6 +233,31 @@ mod tests {
     }
 
     #[test]
+    fn times_are_seconds_or_have_units() {
+        for (text, milliseconds) in [
+            ("10", 10_000),
+            ("1e1", 10_000),
+            ("10s", 10_000),
+            ("2m", 120_000),
+            ("1h", 3_600_000),
+            ("500ms", 500),
+            ("1m30s", 90_000),
+            ("1h1m1s1ms", 3_661_001),
+            ("1.5h", 5_400_000),
+            (".5s", 500),
+            ("1h 30m", 5_400_000),
+            (" 10 s ", 10_000),
+            ("0h5s", 5_000),
+        ] {
+            assert_eq!(seconds(text), Ok(Duration::from_millis(milliseconds)), "{text}");
+        }
+        let wrong = ["s", "10x", "10S", "1m30", "30s1m", "1s1s", "1ms1s", "-5s", "5s-", "0s", "0m0s", "1..5s", "1e3s"];
+        for text in wrong.into_iter().chain(["10sec", "nans", "infs", "1m,30s", "m5", "1h-30m", "9e99h", "."]) {
+            assert_eq!(seconds(text), Err(TIME.into()), "{text}");
+        }
+    }
+
+    #[test]
     fn crops_and_pixels_take_exactly_their_numbers() {
         assert_eq!(crop("1,2, 3,4"), Ok(Crop { x: 1, y: 2, width: 3, height: 4 }));
         for text in ["", "1,2,3", "1,2,3,4,5", "1,2,0,4", "-1,2,3,4", "1.5,2,3,4", "1,2,3,99999999999"] {
@@ -234,7 +278,9 @@ mod tests {
 
     #[test]
     fn later_names_are_told_from_unknown_ones() {
-        assert!(named::<Lights>("treee", &[]).unwrap_err().contains("known: uniform, power, tree"));
+        let error = named::<Lights>("treee", &[]).unwrap_err();
+        assert_eq!(error, "unknown light selection `treee` (did you mean `tree`?); known: uniform, power, tree");
+        assert!(!named::<Lights>("magic", &[]).unwrap_err().contains("did you mean"));
         assert_eq!(named::<Lights>("tree", &[]), Ok(Lights::Tree));
         assert_eq!(rr_depth("off"), Ok(RrDepth(None)));
         assert!(rr_depth("-1").is_err());

@@ -5,7 +5,9 @@ use crate::check;
 use crate::check::item::{Effort, Level, SceneSubject};
 use crate::check::row::Row;
 use crate::cli::args;
-use crate::cli::output::{JsonArgs, print};
+use crate::cli::examples;
+use crate::cli::numbers::count;
+use crate::cli::output::{JsonArgs, columns, print, wrapped};
 use crate::cli::{prepare, warn};
 use crate::error::Result;
 use crate::lanes::simd_level;
@@ -14,6 +16,7 @@ use std::sync::Mutex;
 
 /// Flags of `octray check`.
 #[derive(clap::Args)]
+#[command(after_help = examples::CHECK)]
 pub struct CheckArgs {
     /// A scene file (.toml), a bare .obj, or builtin:NAME: what applies to it, instead of the built-in suite
     scene: Option<PathBuf>,
@@ -39,11 +42,12 @@ pub fn run(args: &CheckArgs) -> Result<u8> {
     let cores = || std::thread::available_parallelism().map_or(1, |n| n.get());
     let level = if args.thorough { Level::Thorough } else { Level::Default };
     let effort = Effort { level, threads: args.threads.map_or_else(cores, |n| n as usize) };
+    let columns = columns();
     // Lines come out one by one, since a row may take seconds; what goes wrong in that is told at the end.
     let failed: Mutex<Option<crate::error::Error>> = Mutex::new(None);
     let told = |row: &Row| {
         if !args.json.to_standard_output()
-            && let Err(error) = print(&line(row, args.notes))
+            && let Err(error) = print(&line(row, args.notes, columns))
         {
             *failed.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(error);
         }
@@ -63,26 +67,38 @@ pub fn run(args: &CheckArgs) -> Result<u8> {
         return Err(error);
     }
     let failures = rows.iter().filter(|row| !row.pass).count();
-    if args.json.is_given() {
+    if args.json.to_standard_output() {
         args.json.deliver(&rows, String::new)?;
-    }
-    if !args.json.to_standard_output() {
+    } else {
         print(&summary(&rows, failures))?;
+        args.json.deliver_to_file(&rows)?;
     }
     Ok((failures > 0) as u8)
 }
 
-/// A row: the verdict, its name, figure, bound, seconds, what was tried; below it what else there is to say of failures.
-fn line(row: &Row, notes: bool) -> String {
+/// The name and the figure share so many columns: a long name takes those that the figure leaves.
+const NAME_AND_FIGURE: usize = 47;
+/// Where what was tried begins.
+const TRIED: usize = 77;
+/// Where notes begin, and what was tried where a terminal is narrow.
+const INDENT: usize = 6;
+
+/// A row: the verdict, its name, figure, bound, seconds, what was tried; below it what else there is to say of failures. In at
+/// most `columns` columns, but for names that are longer.
+fn line(row: &Row, notes: bool, columns: usize) -> String {
     let verdict = if row.pass { "pass" } else { "FAIL" };
     let (tried, figure, bound) = (format!("{} {}", count(row.cases), row.tried), number(row.figure), bound(row.bound));
-    let mut text =
-        format!("{verdict}  {:36}  {:>9}  {:>10}  {:6.2} s  {tried}\n", row.name, figure, bound, row.seconds);
+    let room = NAME_AND_FIGURE.saturating_sub(row.name.len() + 2);
+    let start = format!("{verdict}  {}  {figure:>room$}  {bound:>10}  {:6.2} s", row.name, row.seconds);
+    let mut text = match columns >= TRIED + 40 {
+        true => format!("{start}  {}\n", wrapped(&tried, columns - TRIED, TRIED)),
+        false => format!("{start}\n{:INDENT$}{}\n", "", wrapped(&tried, columns - INDENT, INDENT)),
+    };
     if !row.note.is_empty() && (notes || !row.pass || row.bound == f64::INFINITY) {
-        text += &format!("      {}\n", row.note);
+        text += &format!("{:INDENT$}{}\n", "", wrapped(&row.note, columns - INDENT, INDENT));
     }
     if let Some(command) = &row.trace {
-        text += &format!("      look at it: {command}\n");
+        text += &format!("{:INDENT$}look at it: {command}\n", "");
     }
     text
 }
@@ -117,28 +133,15 @@ fn number(x: f64) -> String {
     }
 }
 
-/// A count with a comma every three digits.
-fn count(n: u64) -> String {
-    let digits = n.to_string();
-    let first = (digits.len() + 2) % 3 + 1;
-    let mut text = digits[..first].to_string();
-    for start in (first..digits.len()).step_by(3) {
-        text.push(',');
-        text += &digits[start..start + 3];
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::check::row::Outcome;
 
     #[test]
-    fn numbers_are_short_and_counts_are_grouped() {
+    fn numbers_are_short() {
         let numbers = [0.0, 5.0, 1234.0, 0.5, 0.012345, 1e-7, 123456.0, f64::NAN].map(number);
         assert_eq!(numbers, ["0", "5", "1234", "0.5", "0.0123", "1.00e-7", "1.23e5", "none"]);
-        assert_eq!([0, 999, 1000, 1_234_567].map(count), ["0", "999", "1,000", "1,234,567"]);
     }
 
     #[test]
@@ -147,12 +150,28 @@ mod tests {
             let outcome = Outcome::at_most(figure, 1.0).tried(1000, "rays").note("worst here").trace(Some("x".into()));
             Row::new("a/b".into(), outcome, 0.5)
         };
-        let failed = line(&row(2.0), false);
+        let failed = line(&row(2.0), false, 120);
         assert!(
             failed.starts_with("FAIL  a/b") && failed.contains("1,000 rays\n      worst here\n      look at it: x\n")
         );
-        assert_eq!((line(&row(0.5), false).lines().count(), line(&row(0.5), true).lines().count()), (1, 2));
+        assert_eq!((line(&row(0.5), false, 120).lines().count(), line(&row(0.5), true, 120).lines().count()), (1, 2));
         assert!(summary(&[row(2.0), row(0.5)], 1).starts_with("2 checks, 2,000 cases, 1.0 s"));
         assert!(summary(&[row(2.0)], 1).starts_with("1 check,") && summary(&[row(2.0)], 1).ends_with(": 1 fails\n"));
+    }
+
+    /// Every row of the suite with the longest texts it has.
+    #[test]
+    fn rows_fit_the_terminal() {
+        let outcome =
+            Outcome::at_most(-1.234e-10, 1.234e-10).tried(20_643_840, "points of quadratures ".repeat(6).trim());
+        for name in check::names() {
+            let row = Row::new(name, outcome.clone().note("so ".repeat(60).trim()), 100.0);
+            for columns in [80, 100, 120] {
+                let text = line(&row, true, columns);
+                assert!(text.lines().all(|line| line.len() <= columns), "{columns}:\n{text}");
+            }
+            let wide = line(&row, true, 120);
+            assert!(wide.lines().nth(1).is_some_and(|line| line.starts_with(&" ".repeat(TRIED))), "{wide}");
+        }
     }
 }

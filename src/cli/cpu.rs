@@ -6,9 +6,9 @@
 /// The first instruction set of this build that the CPU (or its operating system) lacks.
 #[cfg(target_arch = "x86_64")]
 pub fn missing() -> Option<&'static str> {
-    use std::arch::x86_64::{__cpuid, __cpuid_count, CpuidResult};
-    const NONE: CpuidResult = CpuidResult { eax: 0, ebx: 0, ecx: 0, edx: 0 };
-    let leaf = |number: u32| if __cpuid(number & 0x8000_0000).eax >= number { __cpuid_count(number, 0) } else { NONE };
+    use raw_cpuid::{CpuIdResult, cpuid};
+    const NONE: CpuIdResult = CpuIdResult { eax: 0, ebx: 0, ecx: 0, edx: 0 };
+    let leaf = |number: u32| if cpuid!(number & 0x8000_0000).eax >= number { cpuid!(number) } else { NONE };
     let (basic, structured, extended) = (leaf(1), leaf(7), leaf(0x8000_0001));
     // (used by this build, name, register of cpuid, its bit): AMD64 manual, volume 3, appendix E. A chain of tests
     // against constants and no collection: what is compiled here must itself run on the oldest x86-64.

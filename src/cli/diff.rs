@@ -1,29 +1,34 @@
-//! `octray diff`: how far one picture is from another.
+//! `octray diff`: how far one image is from another.
 
-use crate::cli::output::{JsonArgs, table};
+use crate::cli::examples;
+use crate::cli::numbers::{percent, scientific};
+use crate::cli::output::{JsonArgs, aligned, check_place, columns, make_directory, wrapped};
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::{Bounds, Format, Image, check_output_path};
 use crate::report::measure::metrics::{Fault, Metrics, compare, relative_errors};
 use crate::report::write::heatmap::{Canvas, Scale};
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Printed below the flags.
 const DEFINITIONS: &str = "\
 Sums run over all pixels and channels, in linear Rec.709. mse: mean of (a-b)^2; relmse: mean of (a-b)^2 / (b^2 + 0.01); \
-mape: mean of |a-b| / (|b| + 0.01); bias_z: difference of the mean values over its standard error, from the variance layers \
-of EXR files. If B has such layers, its noise is subtracted from mse and relmse. Of crops in EXR files the pixels that both \
-have are compared.";
+relative error: root of relmse; mape: mean of |a-b| / (|b| + 0.01); bias_z: difference of the mean values over its standard \
+error, from the variance layers of EXR files. If B has such layers, its noise is subtracted from mse and relmse, since A and B \
+are taken to have samples of their own. PNG files are decoded from sRGB; what they were rounded to and cut at counts as error. \
+Of crops in EXR files the pixels that both have are compared.";
 
 /// Flags of `octray diff`.
 #[derive(clap::Args)]
-#[command(after_help = DEFINITIONS)]
+#[command(after_help = format!("{DEFINITIONS}\n\n{}", examples::DIFF))]
 pub struct DiffArgs {
-    /// The picture to judge: .exr, .pfm, .hdr or .png
+    /// The image to judge: .exr, .pfm, .hdr or .png
     a: PathBuf,
     /// The reference
     b: PathBuf,
-    /// Write the relative error of every pixel as a picture: viridis, logarithmic, with its scale beside it
+    /// Write the relative error of every pixel as an image: viridis, logarithmic, with its scale beside it
     #[arg(long, value_name = "FILE.png")]
     heatmap: Option<PathBuf>,
     #[command(flatten)]
@@ -36,7 +41,7 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
     if let Some(path) = &args.heatmap {
         check_heatmap_path(path)?;
         if [&args.a, &args.b].iter().any(|input| same_file(input, path)) {
-            return Err(Error::Usage(format!("--heatmap {}: that is one of the pictures compared", path.display())));
+            return Err(Error::Usage(format!("--heatmap {}: that is one of the images compared", path.display())));
         }
     }
     let (mut a, mut b) = (Image::read(&args.a)?, Image::read(&args.b)?);
@@ -46,26 +51,73 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
         (a, b) = (a.part(area), b.part(area));
     }
     let metrics = compare(&a, &b).map_err(|fault| explain(shifted(fault, area), &args.a, &args.b))?;
-    let clipped = |path: &Path| matches!(Format::of(path), Ok(Format::Png));
-    for path in [&args.a, &args.b].into_iter().filter(|path| clipped(path)) {
-        warn(&format!("{}: a PNG is rounded to 8 bits and cut at white; compare .exr or .pfm files", path.display()));
+    let mut conversions = conversions([&args.a, &args.b]);
+    // Two PNGs alike may be meant; beside linear data a PNG is mostly a slip. (The text says it in any case.)
+    if let ([conversion], true) = (&conversions[..], args.json.to_standard_output()) {
+        warn(conversion);
     }
-    if let Some(path) = &args.heatmap {
-        let errors = relative_errors(&a, &b);
-        Canvas::with_legend(&errors, a.width, Scale::fitting(&errors)).save(path)?;
-    }
+    conversions.dedup();
+    let heatmap = match &args.heatmap {
+        Some(path) => Some(draw(path, &a, &b)?),
+        None => None,
+    };
     let corners = |of: Bounds| [i64::from(of.x), i64::from(of.y), i64::from(of.width), i64::from(of.height)];
-    let found = Found { metrics, compared: corners(area), display_window: corners(a.display()) };
+    let found = Found {
+        metrics,
+        relative_error: metrics.relmse.sqrt(),
+        identical: a.pixels == b.pixels,
+        compared: corners(area),
+        display_window: corners(a.display()),
+        conversions,
+        heatmap,
+    };
     args.json.deliver(&found, || {
         let Bounds { x, y, width, height } = area;
         let of = a.display();
-        let note = format!(
-            "compared: the {width} x {height} pixels at {x},{y} that both have, of a display window of {} x {}\n",
-            of.width, of.height
-        );
-        if windows { note + &text(&metrics) } else { text(&metrics) }
+        let place = match windows {
+            true => format!(
+                "compared: the {width} x {height} pixels at {x},{y} that both have, of a display window of {} x {}",
+                of.width, of.height
+            ),
+            false => format!("compared: {width} x {height} pixels"),
+        };
+        format!("{place}\n{}", text(&found))
     })?;
     Ok(0)
+}
+
+/// What decoding has done to each of these files that is no linear data.
+fn conversions(paths: [&PathBuf; 2]) -> Vec<String> {
+    let png = |path: &&PathBuf| matches!(Format::of(path), Ok(Format::Png));
+    let sentence = |path: &PathBuf| {
+        let bits = png_bits(path).map_or(String::new(), |bits| format!("{bits}-bit "));
+        let rounded = png_bits(path).map_or(String::new(), |bits| format!("rounded to {bits} bits and "));
+        format!(
+            "{}: decoded from {bits}sRGB to linear; it was {rounded}cut at white, which counts as error (.exr and .pfm hold \
+             radiance whole)",
+            path.display()
+        )
+    };
+    paths.into_iter().filter(png).map(sentence).collect()
+}
+
+/// Bits a channel, as the header of a PNG says.
+fn png_bits(path: &Path) -> Option<u8> {
+    // PNG, third edition, section 11.2.1: the signature, length and name of the first chunk, width, height, then the depth.
+    const DEPTH: usize = 8 + 8 + 8;
+    let mut header = [0; DEPTH + 1];
+    File::open(path).and_then(|mut file| file.read_exact(&mut header)).ok()?;
+    Some(header[DEPTH])
+}
+
+/// Draws the heatmap.
+fn draw(path: &Path, a: &Image, b: &Image) -> Result<Heatmap> {
+    let errors = relative_errors(a, b);
+    let scale = Scale::fitting(&errors);
+    make_directory(path)?;
+    Canvas::with_legend(&errors, a.width, scale).save(path)?;
+    let [darkest, brightest] = [scale.low, scale.high].map(|exponent| 10f64.powi(exponent));
+    Ok(Heatmap { file: path.display().to_string(), darkest, brightest })
 }
 
 /// What is printed as JSON. Rectangles are x, y, width, height.
@@ -73,10 +125,28 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
 struct Found {
     #[serde(flatten)]
     metrics: Metrics,
+    /// Root of `relmse`.
+    relative_error: f64,
+    /// Every pixel is the same: there is no noise to subtract.
+    identical: bool,
     /// The pixels compared: where both data windows overlap.
     compared: [i64; 4],
-    /// What both pictures are to show; of renders, the whole film.
+    /// What both images are to show; of renders, the whole film.
     display_window: [i64; 4],
+    /// What was decoded into linear data, a sentence a file.
+    conversions: Vec<String>,
+    /// The heatmap, if one was asked for.
+    heatmap: Option<Heatmap>,
+}
+
+/// A heatmap and the ends of its scale.
+#[derive(serde::Serialize)]
+struct Heatmap {
+    file: String,
+    /// The relative error that the darkest colour stands for, and all below it.
+    darkest: f64,
+    /// That of the brightest, and all above it.
+    brightest: f64,
 }
 
 /// Where the data windows of `a` and `b` overlap, which have one display window.
@@ -85,7 +155,7 @@ fn overlap(args: &DiffArgs, a: &Image, b: &Image) -> Result<Bounds> {
     let (name_a, name_b) = (args.a.display(), args.b.display());
     if a.display() != b.display() {
         return Err(Error::Usage(format!(
-            "{name_a} has a display window of {} and {name_b} one of {}: only pictures of one film can be compared",
+            "{name_a} has a display window of {} and {name_b} one of {}: only images of one film can be compared",
             bounds(a.display()),
             bounds(b.display())
         )));
@@ -99,7 +169,7 @@ fn overlap(args: &DiffArgs, a: &Image, b: &Image) -> Result<Bounds> {
     })
 }
 
-/// `fault` with the pixel as the files count it, where pictures were cut to `area`.
+/// `fault` with the pixel as the files count it, where images were cut to `area`.
 fn shifted(fault: Fault, area: Bounds) -> Fault {
     match fault {
         Fault::Value { in_b, in_variance, x, y, value } => {
@@ -112,7 +182,7 @@ fn shifted(fault: Fault, area: Bounds) -> Fault {
 
 fn check_heatmap_path(path: &Path) -> Result<()> {
     match Format::of(path) {
-        Ok(Format::Png) => check_output_path(path),
+        Ok(Format::Png) => check_place(path, |path| check_output_path(path)),
         _ => Err(Error::Usage(format!("--heatmap {}: a heatmap is a PNG; name a .png file", path.display()))),
     }
 }
@@ -121,15 +191,15 @@ fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Why the pictures in the files `a` and `b` cannot be compared.
+/// Why the images in the files `a` and `b` cannot be compared.
 pub fn explain(fault: Fault, a: &Path, b: &Path) -> Error {
     match fault {
         Fault::Size((w, h), (other_w, other_h)) => Error::Usage(format!(
-            "{} has {w} x {h} pixels and {} has {other_w} x {other_h}: only pictures of one size can be compared",
+            "{} has {w} x {h} pixels and {} has {other_w} x {other_h}: only images of one size can be compared",
             a.display(),
             b.display()
         )),
-        Fault::Empty => Error::parse(a, None, "the picture has no pixels"),
+        Fault::Empty => Error::parse(a, None, "the image has no pixels"),
         Fault::Value { in_b, in_variance, x, y, value: [r, g, bl] } => {
             let (layer, rule) = match in_variance {
                 true => ("variance", "a variance must be finite and at least 0"),
@@ -141,25 +211,152 @@ pub fn explain(fault: Fault, a: &Path, b: &Path) -> Error {
     }
 }
 
-fn text(m: &Metrics) -> String {
-    let number = |value: f64| format!("{value:.6e}");
-    let raw = |value: f64, noise: f64| match noise > 0.0 {
-        true => format!("{value:.6e} before the reference's noise of {noise:.3e} was subtracted"),
-        false => String::new(),
+/// A line of the table.
+struct Line {
+    name: &'static str,
+    value: String,
+    /// The value before the reference's noise was subtracted, where that was.
+    with_noise: String,
+    meaning: String,
+}
+
+impl Line {
+    fn new(name: &'static str, value: f64, meaning: impl Into<String>) -> Line {
+        Line { name, value: scientific(value), with_noise: String::new(), meaning: meaning.into() }
+    }
+
+    /// The line with its value before the subtraction.
+    fn before(mut self, value: f64) -> Line {
+        self.with_noise = scientific(value);
+        self
+    }
+}
+
+/// All that is measured. One more measure is one more line.
+fn lines(found: &Found) -> Vec<Line> {
+    let m = &found.metrics;
+    let bias = "mean of a - b";
+    let (bias, bias_z) = match (m.bias_se, m.bias_z) {
+        _ if found.identical => (bias.to_owned(), Line::new("bias_z", 0.0, "bias over its standard error")),
+        (Some(se), Some(z)) => (
+            format!("{bias}; its standard error is {}", scientific(se)),
+            Line::new("bias_z", z, "bias over its standard error; noise alone stays within 3"),
+        ),
+        (se, _) => {
+            let needs = "needs variance layers, as EXR files of renders have them";
+            let line =
+                Line::new("bias_z", 0.0, if se.is_some() { "the variance layers are 0 everywhere" } else { needs });
+            (bias.to_owned(), Line { value: "-".to_owned(), ..line })
+        }
     };
-    let mean = |[r, g, b]: [f64; 3]| format!("{r:.6} {g:.6} {b:.6}");
-    let (bias, bias_note) = match (m.bias_se, m.bias_z) {
-        (Some(se), Some(z)) => (format!("{z:.2}"), format!("{:+.3e}, standard error {se:.3e}", m.bias)),
-        _ => ("-".to_owned(), format!("{:+.3e}; its standard error needs variance layers", m.bias)),
+    let mean = |name, [r, g, b]: [f64; 3]| {
+        let channels = [r, g, b].map(scientific).join(" ");
+        Line::new(name, (r + g + b) / 3.0, format!("{channels} in red, green, blue"))
     };
-    let row = |name: &str, value: String, note: String| vec![name.to_owned(), value, note];
-    table(&[
-        row("mse", number(m.mse), raw(m.mse_raw, m.noise_mse)),
-        row("rmse", number(m.rmse), String::new()),
-        row("relmse", number(m.relmse), raw(m.relmse_raw, m.noise_relmse)),
-        row("mape", number(m.mape), String::new()),
-        row("mean_a", mean(m.mean_a), String::new()),
-        row("mean_b", mean(m.mean_b), String::new()),
-        row("bias_z", bias, bias_note),
-    ])
+    let relative = format!("root of relmse: {}", percent(found.relative_error));
+    vec![
+        Line::new("mse", m.mse, "mean of (a - b)^2").before(m.mse_raw),
+        Line::new("rmse", m.rmse, "root of mse").before(m.mse_raw.sqrt()),
+        Line::new("relmse", m.relmse, "mean of (a - b)^2 / (b^2 + 0.01)").before(m.relmse_raw),
+        Line::new("relative error", found.relative_error, relative).before(m.relmse_raw.sqrt()),
+        Line::new("mape", m.mape, "mean of |a - b| / (|b| + 0.01)"),
+        Line::new("bias", m.bias, bias),
+        bias_z,
+        mean("mean_a", m.mean_a),
+        mean("mean_b", m.mean_b),
+    ]
+}
+
+fn text(found: &Found) -> String {
+    let m = &found.metrics;
+    let subtracted = m.noise_mse > 0.0 && !found.identical;
+    let mut rows = vec![["measure", "value", "with noise", "meaning"].map(str::to_owned).to_vec()];
+    rows.extend(lines(found).into_iter().map(|line| vec![line.name.into(), line.value, line.with_noise, line.meaning]));
+    if !subtracted {
+        rows.iter_mut().for_each(|row| drop(row.remove(2)));
+    }
+    let mut notes = Vec::new();
+    if found.identical {
+        notes.push("The images are the same, pixel by pixel.".to_owned());
+    }
+    if subtracted {
+        notes.push(format!(
+            "With noise: before that of the reference, {} of mse and {} of relmse by its variance layers, was subtracted.",
+            scientific(m.noise_mse),
+            scientific(m.noise_relmse)
+        ));
+        if m.mse_raw < m.noise_mse || m.relmse_raw < m.noise_relmse {
+            notes.push(
+                "They differ by less than that noise: they may share samples, and then the figures with noise are right."
+                    .to_owned(),
+            );
+        }
+    }
+    notes.extend(found.conversions.iter().cloned());
+    if let Some(Heatmap { file, darkest, brightest }) = &found.heatmap {
+        notes.push(format!(
+            "{file}: the relative error of every pixel, from {} and less (dark violet) to {} and more (yellow), logarithmic; \
+             the scale stands at its right.",
+            percent(*darkest),
+            percent(*brightest)
+        ));
+    }
+    let notes: String = notes.iter().map(|note| wrapped(note, columns() - 2, 2) + "\n").collect();
+    aligned(&rows, if subtracted { &[1, 2] } else { &[1] }) + &notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(a: [f32; 3], b: [f32; 3], variance: Option<[f32; 3]>) -> Found {
+        let image = |pixel| Image { width: 1, height: 1, pixels: vec![pixel], ..Image::default() };
+        let (a, mut b) = (image(a), image(b));
+        b.variance = variance.map(|variance| vec![variance]);
+        let metrics = compare(&a, &b).unwrap();
+        Found {
+            metrics,
+            relative_error: metrics.relmse.sqrt(),
+            identical: a == b || a.pixels == b.pixels,
+            compared: [0, 0, 1, 1],
+            display_window: [0, 0, 1, 1],
+            conversions: Vec::new(),
+            heatmap: None,
+        }
+    }
+
+    #[test]
+    fn every_value_has_one_format_and_stands_in_one_column() {
+        for (a, b) in [([1.5; 3], [1.0; 3]), ([1e-20; 3], [1e9, 0.0, 3.0]), ([0.5, 0.25, 0.0], [0.5, 0.5, 1.0])] {
+            for variance in [None, Some([1e-3; 3])] {
+                let text = text(&found(a, b, variance));
+                let table: Vec<&str> = text.lines().take(10).collect();
+                let end = table[0].find("value").unwrap() + "value".len();
+                for line in &table[1..] {
+                    let value = &line[..end];
+                    assert!(
+                        value.ends_with('-') || value.rsplit(' ').next().is_some_and(|v| v.contains("e")),
+                        "{text}"
+                    );
+                    assert!(line[end..].starts_with("  ") && line.len() <= 120, "{text}");
+                }
+                assert_eq!(text.contains("with noise"), variance.is_some(), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn equal_images_have_no_noise_to_speak_of() {
+        let text = text(&found([0.5; 3], [0.5; 3], Some([0.1; 3])));
+        assert!(text.contains("The images are the same") && !text.contains("noise"), "{text}");
+        assert!(text.contains("\nmse             0.000e+00  mean") && !text.contains("standard error is"), "{text}");
+    }
+
+    #[test]
+    fn less_difference_than_noise_is_told() {
+        let shared = text(&found([0.5; 3], [0.51; 3], Some([0.1; 3])));
+        assert!(shared.contains("they may share samples"), "{shared}");
+        let apart = text(&found([0.5; 3], [2.0; 3], Some([0.1; 3])));
+        assert!(!apart.contains("they may share samples"), "{apart}");
+    }
 }

@@ -3,6 +3,8 @@
 use crate::api::Scene;
 use crate::camera;
 use crate::cli::args::EstimatorArgs;
+use crate::cli::examples;
+use crate::cli::numbers::{count, three_digits};
 use crate::cli::output::{JsonArgs, table};
 use crate::cli::{prepare, warn};
 use crate::error::Result;
@@ -13,11 +15,13 @@ use crate::settings::Settings;
 use crate::setup::Setup;
 use crate::tables::PreparedScene;
 use crate::tables::features::Features;
+use crate::tables::lights::table::selection_name;
 use serde::Serialize;
 use std::path::PathBuf;
 
 /// Flags of `octray info`.
 #[derive(clap::Args)]
+#[command(after_help = examples::INFO)]
 pub struct InfoArgs {
     /// A scene file (.toml), a bare .obj, or builtin:NAME
     scene: PathBuf,
@@ -48,7 +52,20 @@ struct Info {
     lights: usize,
     tables: Vec<Table>,
     strategy: &'static str,
+    /// The strategy's expected image is wrong on purpose.
+    biased: bool,
+    /// The setting.
+    light_selection: &'static str,
+    /// What it comes to for these lights; `null`: the strategy draws no light samples, or there is no light.
+    light_selection_used: Option<String>,
     sampler: &'static str,
+    /// `null`: unbounded.
+    max_depth: Option<u32>,
+    /// The first depth at which roulette may end a path; `null`: off.
+    rr_depth: Option<u32>,
+    seed: u32,
+    /// Samples a pixel that a render takes unless told otherwise.
+    spp: u32,
     plan: Vec<PlannedStage>,
     left_out: Vec<LeftOut>,
     simd: &'static str,
@@ -87,7 +104,14 @@ fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) 
         film: setup.frame.film,
         tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
         strategy: settings.strategy.name(),
+        biased: settings.strategy.is_biased(),
+        light_selection: settings.lights.name(),
+        light_selection_used: setup.samples_lights().then(|| selection_name(&setup.lights)),
         sampler: settings.sampler.name(),
+        max_depth: settings.max_depth,
+        rr_depth: settings.rr_depth,
+        seed: settings.seed,
+        spp: settings.spp,
         plan: explain::stages(&setup, &plan),
         left_out: explain::left_out(&setup),
         simd: simd_level(),
@@ -102,12 +126,30 @@ fn text(info: &Info) -> String {
     let mut text = format!("{}\n", info.scene);
     text += &table(&[
         row("film", format!("{} x {} pixels", info.film.0, info.film.1)),
-        row("triangles", info.triangles.to_string()),
-        row("  tested in f64", info.precise_triangles.to_string()),
-        row("lights", info.lights.to_string()),
-        row("loaded in", format!("{:.3} s", info.load_s)),
-        row("built in", format!("{:.3} s", info.build_s)),
+        row("triangles", count(info.triangles as u64)),
+        row("  tested in f64", count(info.precise_triangles as u64)),
+        row("lights", count(info.lights as u64)),
+        row("loaded in", format!("{} s", three_digits(info.load_s))),
+        row("built in", format!("{} s", three_digits(info.build_s))),
         row("SIMD", info.simd.to_string()),
+    ]);
+    let depth = |depth: Option<u32>, none: &str| depth.map_or(none.to_owned(), |depth| depth.to_string());
+    let biased = |name: &str| if info.biased { format!("{name} (biased)") } else { name.to_owned() };
+    text += "\nsettings of a render\n";
+    text += &table(&[
+        row("strategy", biased(info.strategy)),
+        row(
+            "light selection",
+            match &info.light_selection_used {
+                Some(used) => format!("{} (here: {used})", info.light_selection),
+                None => format!("{} (not used: no light is sampled)", info.light_selection),
+            },
+        ),
+        row("sampler", info.sampler.to_string()),
+        row("max depth", depth(info.max_depth, "unbounded")),
+        row("roulette", info.rr_depth.map_or("off".to_owned(), |depth| format!("from depth {depth} on"))),
+        row("seed", info.seed.to_string()),
+        row("samples a pixel", info.spp.to_string()),
     ]);
     let total: usize = info.tables.iter().map(|table| table.bytes).sum();
     text += &format!("\ntables, {} in all\n", bytes(total));

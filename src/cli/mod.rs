@@ -1,7 +1,7 @@
 //! The command line: one file per command.
 //!
 //! **Law:** results go to standard output, everything else to standard error. Exit status 0: done; 1: a check failed, the
-//! picture was not finished or an output could not be written; 2: bad input or flags. Nothing below this folder prints.
+//! image was not finished or an output could not be written; 2: bad input or flags. Nothing below this folder prints.
 
 mod args;
 mod bench;
@@ -9,24 +9,25 @@ mod check;
 mod converge;
 mod cpu;
 mod diff;
+mod examples;
 mod info;
 mod interrupt;
+mod numbers;
 mod output;
 mod progress;
 mod render;
 mod resume;
 mod stats;
+mod suggest;
 mod trace;
 
 use crate::api::Scene;
 use crate::error::Result;
-use crate::image::check_output_path;
 use crate::lanes::simd_level;
 use crate::tables::PreparedScene;
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::io::Write;
-use std::path::Path;
 use std::process::ExitCode;
 use std::sync::LazyLock;
 
@@ -53,8 +54,9 @@ enum Command {
     /// Throughput of the engines, side by side
     Bench(bench::BenchArgs),
     /// Error against run time, for every strategy: a report, plots, tables
+    #[command(after_help = examples::CONVERGE)]
     Converge(Box<converge::ConvergeArgs>),
-    /// How far picture A is from picture B, the reference
+    /// How far image A is from image B, the reference
     Diff(diff::DiffArgs),
 }
 
@@ -81,6 +83,7 @@ fn refuse_cpu(missing: &str) -> ExitCode {
 fn run() -> u8 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => return start(),
         Err(error) => return report_usage(&error),
     };
     let done = match cli.command {
@@ -95,23 +98,37 @@ fn run() -> u8 {
     match done {
         Ok(status) => status,
         Err(error) => {
-            report(&error);
+            report(&suggest::with_hint(&error));
             error.exit_status()
         }
     }
 }
 
+/// `octray` alone: where to begin. On standard output, since that is what was asked for; with the status of a missing argument,
+/// as git and clap have it, so that a script whose variable was empty does not go on.
+fn start() -> u8 {
+    let _ = output::print(&format!("octray {}: a path tracer for triangle scenes\n\n{START}", *VERSION));
+    2
+}
+
+/// What `octray` alone shows below its version.
+const START: &str = "\
+An image in ten seconds:
+  octray render builtin:lamp_hall -o hall.png --time 10s
+Error against run time of every strategy, as a report:
+  octray converge scenes/cornell.toml --out report
+What a scene holds, and what a render of it does and leaves out:
+  octray info scenes/cornell.toml
+
+All commands: octray --help. Flags and examples of one: octray render --help.
+";
+
 /// Help and versions go to standard output with status 0, wrong arguments to standard error with status 2.
 fn report_usage(error: &clap::Error) -> u8 {
     // A closed standard output is no reason for another status.
     let _ = error.print();
-    if error.kind() == ErrorKind::UnknownArgument
-        && let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg)
-        && !argument.starts_with('-')
-        && check_output_path(Path::new(argument)).is_ok()
-    {
-        let _ =
-            writeln!(std::io::stderr(), "\n  tip: images to write are named with -o, each with its own: -o {argument}");
+    if let Some(tip) = suggest::tip(error) {
+        let _ = writeln!(std::io::stderr(), "\n  tip: {tip}");
     }
     error.exit_code() as u8
 }
@@ -129,4 +146,47 @@ fn prepare(scene: &Scene) -> Result<PreparedScene> {
 
 fn warn(message: &str) {
     let _ = writeln!(std::io::stderr(), "warning: {message}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    /// The commands in a text: lines that begin with two blanks and the program's name.
+    fn commands(text: &str) -> Vec<&str> {
+        text.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| line.starts_with("octray ")).collect()
+    }
+
+    #[test]
+    fn the_commands_that_help_shows_are_understood() {
+        let mut all = commands(START);
+        assert_eq!(all.len(), 3);
+        let mut program = Cli::command().term_width(100);
+        program.build();
+        let mut helps = Vec::new();
+        for command in program.get_subcommands_mut().filter(|command| command.get_name() != "help") {
+            helps.push((command.get_name().to_owned(), command.render_help().to_string()));
+        }
+        assert_eq!(helps.len(), 7);
+        for (name, help) in &helps {
+            let section = help.split_once("\nExamples:\n").unwrap_or_else(|| panic!("{name}: {help}")).1;
+            let examples = commands(section);
+            assert!(examples.len() >= 2, "{name}: {section}");
+            assert!(examples.iter().all(|line| line.split(' ').nth(1) == Some(name)), "{name}: {section}");
+            all.extend(examples);
+        }
+        for command in all {
+            // So that no terminal breaks them.
+            assert!(command.len() <= 78, "{command}");
+            if let Err(error) = Cli::try_parse_from(command.split(' ')) {
+                panic!("{command}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_arguments_are_sound() {
+        Cli::command().debug_assert();
+    }
 }

@@ -1,11 +1,11 @@
-//! Results: text on standard output, JSON on standard output or in a file.
+//! Results: text on standard output, JSON on standard output or in a file, and the places of files.
 
 use crate::error::{Error, Result};
-use crate::image::atomic;
+use crate::image::{Format, atomic};
 use serde::Serialize;
 use std::ffi::OsStr;
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, IsTerminal, Write};
+use std::path::{Component, Path, PathBuf};
 
 /// Prints a result. A reader that has gone away (`octray info .. | head`) is not an error.
 pub fn print(text: &str) -> Result<()> {
@@ -18,55 +18,61 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// The `--json [FILE]` flag.
+/// The `--json[=FILE]` flag.
 #[derive(clap::Args)]
 pub struct JsonArgs {
-    /// Print JSON instead of a table, or write it to FILE
-    #[arg(long, value_name = "FILE", num_args = 0..=1)]
+    /// Print JSON instead of text, or write it to FILE (the equals sign is part of it: `--json FILE` names no file)
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     json: Option<Option<PathBuf>>,
 }
 
 impl JsonArgs {
-    /// Whether FILE can be written; called before the work whose result goes there.
-    pub fn check(&self) -> Result<()> {
-        let Some(Some(path)) = &self.json else { return Ok(()) };
-        check_json_path("--json", path)
+    /// The file named; `-` is standard output, as no file is.
+    fn file(&self) -> Option<&Path> {
+        self.json.as_ref()?.as_deref().filter(|path| *path != Path::new("-"))
     }
 
-    /// Whether JSON is wanted at all.
-    pub fn is_given(&self) -> bool {
-        self.json.is_some()
+    /// Whether FILE can be written; called before the work whose result goes there.
+    pub fn check(&self) -> Result<()> {
+        self.file().map_or(Ok(()), |path| check_json_path("--json", path))
     }
 
     /// Whether standard output is to hold the JSON alone.
     pub fn to_standard_output(&self) -> bool {
-        matches!(self.json, Some(None))
+        self.json.is_some() && self.file().is_none()
     }
 
-    /// Prints or writes `value` if the flag was given, else prints `table()`.
-    pub fn deliver(&self, value: &impl Serialize, table: impl FnOnce() -> String) -> Result<()> {
-        match &self.json {
-            None => print(&table()),
-            Some(None) => print(&json_text(value)?),
-            Some(Some(path)) => write_json(path, value),
+    /// Prints or writes `value` if the flag was given, else prints `text()`.
+    pub fn deliver(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
+        match (&self.json, self.file()) {
+            (None, _) => print(&text()),
+            (Some(_), None) => print(&json_text(value)?),
+            (Some(_), Some(path)) => write_json(path, value),
         }
     }
+
+    /// Writes `value` to FILE if one was named; for commands whose text is printed all the same.
+    pub fn deliver_to_file(&self, value: &impl Serialize) -> Result<()> {
+        self.file().map_or(Ok(()), |path| write_json(path, value))
+    }
 }
 
-/// Whether the file named by `flag` can be written, and is no scene: `octray bench --json scene.toml` would replace the
-/// scene by the result.
+/// Whether the file named by `flag` can be written, and is neither scene nor image: a slip must not replace what cannot be had
+/// again.
 pub fn check_json_path(flag: &str, path: &Path) -> Result<()> {
     let scene = |extension: &OsStr| ["toml", "obj", "mtl"].iter().any(|known| extension.eq_ignore_ascii_case(known));
-    if path.extension().is_some_and(scene) {
-        let path = path.display();
-        return Err(Error::Usage(format!("{flag} {path}: that is a scene file; name the scene before {flag}")));
-    }
-    atomic::check(path)
+    let what = match path.extension() {
+        Some(extension) if scene(extension) => "a scene file",
+        Some(_) if Format::of(path).is_ok() => "an image",
+        _ => return check_place(path, atomic::check),
+    };
+    Err(Error::Usage(format!("{flag} {}: that is {what}; name a .json file", path.display())))
 }
 
-/// Writes `value` as JSON to `path`, whole or not at all.
+/// Writes `value` as JSON to `path`, whole or not at all; makes its directory.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     let text = json_text(value)?;
+    make_directory(path)?;
     atomic::write(path, |out| out.write_all(text.as_bytes()))
 }
 
@@ -76,16 +82,173 @@ fn json_text(value: &impl Serialize) -> Result<String> {
     Ok(text + "\n")
 }
 
-/// A table of left-aligned text columns, the last one ragged.
+/// What `check` says of `path`; where its directory does not exist yet, whether [`make_directory`] can be expected to make it.
+/// Makes nothing.
+pub fn check_place(path: &Path, check: impl Fn(&Path) -> Result<()>) -> Result<()> {
+    match first_missing(path) {
+        Some(directory) => atomic::check(&directory),
+        None => check(path),
+    }
+}
+
+/// Makes the directory of `path` and those above it: after all other checks, so that bad input leaves nothing behind.
+pub fn make_directory(path: &Path) -> Result<()> {
+    let Some(parent) = path.parent().filter(|_| first_missing(path).is_some()) else { return Ok(()) };
+    std::fs::create_dir_all(parent).map_err(|error| Error::Write {
+        path: path.to_owned(),
+        message: format!("the directory {} cannot be made: {error}; choose another place", parent.display()),
+    })
+}
+
+/// The first directory on the way to `path` that does not exist; `None`: all do.
+fn first_missing(path: &Path) -> Option<PathBuf> {
+    let missing = path.ancestors().skip(1).filter(|directory| !directory.as_os_str().is_empty());
+    missing.take_while(|directory| directory.symlink_metadata().is_err()).last().map(Path::to_owned)
+}
+
+/// The same for `a.png`, `./a.png`, a link to it and any other way to its directory, which need not exist.
+pub fn whole_path(path: &Path) -> PathBuf {
+    if let Ok(existing) = path.canonicalize() {
+        return existing;
+    }
+    let (directory, rest) = match first_missing(path) {
+        Some(missing) => {
+            let rest = path.strip_prefix(&missing).unwrap_or(path).to_owned();
+            (
+                missing.parent().unwrap_or(Path::new("")).to_owned(),
+                missing.file_name().map(PathBuf::from).unwrap_or_default().join(rest),
+            )
+        }
+        None => {
+            (path.parent().unwrap_or(Path::new("")).to_owned(), path.file_name().map(PathBuf::from).unwrap_or_default())
+        }
+    };
+    let directory = if directory.as_os_str().is_empty() { Path::new(".") } else { &directory };
+    let mut whole = directory.canonicalize().unwrap_or_else(|_| directory.to_owned());
+    for component in rest.components() {
+        match component {
+            Component::ParentDir => drop(whole.pop()),
+            Component::CurDir => {}
+            other => whole.push(other),
+        }
+    }
+    whole
+}
+
+/// The columns that text may take: of the terminal that standard output goes to, or what COLUMNS says; 120 at most, and where it
+/// goes elsewhere.
+pub fn columns() -> usize {
+    let said = std::env::var("COLUMNS").ok().and_then(|text| text.parse().ok());
+    let width = said.or_else(|| io::stdout().is_terminal().then(terminal_columns)).unwrap_or(MOST_COLUMNS);
+    width.clamp(LEAST_COLUMNS, MOST_COLUMNS)
+}
+
+const LEAST_COLUMNS: usize = 60;
+const MOST_COLUMNS: usize = 120;
+
+/// The terminal's width, which clap asks for to wrap its help: a text of the shortest words is as wide as that. (The first word
+/// has two letters, so that lines of even and of odd length occur.)
+fn terminal_columns() -> usize {
+    let text = format!("xx{}", " x".repeat(MOST_COLUMNS));
+    let mut command = clap::Command::new("x").about(text).max_term_width(MOST_COLUMNS).help_template("{about}");
+    command.render_help().to_string().lines().map(str::len).max().unwrap_or(MOST_COLUMNS)
+}
+
+/// `text` in lines of at most `width` columns; those after the first begin with `indent` blanks, which do not count. A word is
+/// never broken.
+pub fn wrapped(text: &str, width: usize, indent: usize) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines.join(&format!("\n{:indent$}", ""))
+}
+
+/// A table of left-aligned text columns; the last one wraps where the terminal ends.
 pub fn table(rows: &[Vec<String>]) -> String {
+    aligned(rows, &[])
+}
+
+/// [`table`] in a place of so many columns.
+pub fn table_in(rows: &[Vec<String>], columns: usize) -> String {
+    in_columns(rows, &[], columns)
+}
+
+/// [`table`] with the columns in `right` aligned to the right.
+pub fn aligned(rows: &[Vec<String>], right: &[usize]) -> String {
+    in_columns(rows, right, columns())
+}
+
+/// The last column gets its own lines at least so wide; where there is less room, they run over.
+const LEAST_LAST: usize = 24;
+
+fn in_columns(rows: &[Vec<String>], right: &[usize], most: usize) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+    let before: usize = widths.iter().take(columns.saturating_sub(1)).map(|width| width + 2).sum();
     let mut text = String::new();
     for row in rows {
-        let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:width$}"));
-        text += cells.collect::<Vec<_>>().join("  ").trim_end();
+        let mut line = String::new();
+        for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
+            let last = column + 1 == columns;
+            line += &match (right.contains(&column), last) {
+                (true, _) => format!("{cell:>width$}"),
+                (false, true) if most >= before + LEAST_LAST => wrapped(cell, most - before, before),
+                (false, _) => format!("{cell:width$}"),
+            };
+            line += if last { "" } else { "  " };
+        }
+        text += line.trim_end();
         text.push('\n');
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_line_up_and_wrap_their_last_column() {
+        let rows = [["a", "1", "short"], ["longer", "234", "one two three four five six"]];
+        let rows = rows.map(|row| row.map(str::to_owned).to_vec());
+        let text = "a         1  short\nlonger  234  one two three four five six\n";
+        assert_eq!(in_columns(&rows, &[1], 120), text);
+        let narrow = "a         1  short\nlonger  234  one two three four five\n             six\n";
+        assert_eq!(in_columns(&rows, &[1], 37), narrow);
+        // No room at all: nothing is lost.
+        assert_eq!(in_columns(&rows, &[1], 20), text);
+        assert_eq!(in_columns(&[], &[], 80), "");
+    }
+
+    #[test]
+    fn words_are_wrapped_whole() {
+        assert_eq!(wrapped("aa bb cc", 5, 0), "aa bb\ncc");
+        assert_eq!(wrapped("aa bb cc dd", 5, 2), "aa bb\n  cc dd");
+        assert_eq!(wrapped("much_too_long b", 4, 1), "much_too_long\n b");
+        assert_eq!(wrapped("", 4, 1), "");
+    }
+
+    #[test]
+    fn directories_are_checked_and_made_from_the_first_that_is_missing() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("a/b/c.json");
+        assert_eq!(first_missing(&path), Some(place.path().join("a")));
+        assert_eq!((first_missing(Path::new("c.json")), first_missing(Path::new("/c.json"))), (None, None));
+        check_place(&path, |_| panic!("there is no directory to check")).unwrap();
+        assert!(!place.path().join("a").exists());
+        make_directory(&path).unwrap();
+        assert_eq!((path.parent().unwrap().is_dir(), first_missing(&path)), (true, None));
+        let same = ["a/b/c.json", "a/./b/../b/c.json", "x/../a/b/c.json"].map(|name| place.path().join(name));
+        assert_eq!(whole_path(&same[0]), whole_path(&same[1]));
+        assert_eq!(whole_path(&same[0]), whole_path(&same[2]));
+    }
 }

@@ -1,5 +1,6 @@
 //! The progress bar: on standard error, only where that is a terminal.
 
+use crate::cli::numbers::{percent, three_digits};
 use crate::film::RelativeError;
 use crate::render::Progress;
 use crate::settings::Settings;
@@ -22,7 +23,7 @@ impl Bar {
         let hidden = quiet || !std::io::stderr().is_terminal();
         let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
         let bar = ProgressBar::with_draw_target(Some(STEPS), target);
-        if let Ok(style) = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{bar:24} {percent:>3} %  {wide_msg}") {
             bar.set_style(style);
         }
         Bar { bar, time: settings.time, target: settings.target_error }
@@ -44,7 +45,7 @@ impl Bar {
     }
 }
 
-/// The finished part, in [0, 1]: of the samples, of the time or of the way to the target error, whichever ends first. The
+/// The finished part, in [0, 1]: of the samples, of the time or of the way to the target, whichever ends first. The
 /// parts of the error fall as known powers of the samples, so the samples still needed follow from them.
 fn fraction(progress: &Progress, time: Option<Duration>, target: Option<f64>) -> f64 {
     let samples = progress.samples as f64 / progress.total.max(1) as f64;
@@ -79,14 +80,14 @@ fn seconds_left(progress: &Progress, time: Option<Duration>, target: Option<f64>
 }
 
 fn message(progress: &Progress, seconds_left: Option<f64>) -> String {
-    let mut parts = vec![format!("{:.2} Msamples/s", samples_per_second(progress) * 1e-6)];
+    let mut parts = vec![format!("{} Msamples/s", three_digits(samples_per_second(progress) * 1e-6))];
     if let Some(seconds) = seconds_left {
         parts.push(format!("{} left", duration(seconds)));
     }
     if let Some(error) = progress.relative_error {
-        parts.push(format!("error {:.2} %", error * 100.0));
+        parts.push(format!("noise {}", percent(error)));
         if progress.unseen_error > 0.1 * error {
-            parts.push(format!("light not met up to {:.2} %", progress.unseen_error * 100.0));
+            parts.push(format!("light not met up to {}", percent(progress.unseen_error)));
         }
     }
     parts.join(", ")
@@ -112,15 +113,15 @@ mod tests {
         assert_eq!(fraction(&progress, None, None), 0.25);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(8)), None), 0.75);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(1)), None), 1.0);
-        assert_eq!(message(&progress, seconds_left(&progress, None, None)), "0.00 Msamples/s, 18 s left");
+        assert_eq!(message(&progress, seconds_left(&progress, None, None)), "4.17e-6 Msamples/s, 18 s left");
         let later = Progress { relative_error: Some(0.0312), ..progress };
         assert_eq!(fraction(&Progress { relative_error: Some(0.02), ..progress }, None, Some(0.01)), 0.25);
         assert_eq!(fraction(&later, None, Some(0.05)), 1.0);
-        assert_eq!(message(&later, seconds_left(&later, None, None)), "0.00 Msamples/s, 18 s left, error 3.12 %");
+        assert_eq!(message(&later, seconds_left(&later, None, None)), "4.17e-6 Msamples/s, 18 s left, noise 3.12 %");
         // What no sample has met counts as well, and falls faster.
         let unseen = Progress { relative_error: Some(1e-9), unseen_error: 0.08, ..progress };
         assert!((fraction(&unseen, None, Some(0.04)) - 0.5).abs() < 1e-6);
-        let words = "0.00 Msamples/s, 6 s left, error 0.00 %, light not met up to 8.00 %";
+        let words = "4.17e-6 Msamples/s, 6 s left, noise 1.00e-7 %, light not met up to 8 %";
         assert_eq!(message(&unseen, seconds_left(&unseen, None, Some(0.04))), words);
         assert_eq!([59.0, 61.0, 3700.0].map(duration), ["59 s", "1 min 01 s", "1 h 01 min"]);
     }

@@ -4,8 +4,10 @@ use crate::api::Scene;
 use crate::camera;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs};
+use crate::cli::examples;
 use crate::cli::interrupt;
-use crate::cli::output::{check_json_path, print, write_json};
+use crate::cli::numbers::{percent, three_digits};
+use crate::cli::output::{check_json_path, check_place, make_directory, print, whole_path, write_json};
 use crate::cli::progress::Bar;
 use crate::cli::resume::State;
 use crate::cli::stats::Report;
@@ -14,28 +16,36 @@ use crate::error::{Error, Result};
 use crate::film::OutOfRange;
 use crate::image::{Format, check_output_path};
 use crate::render::{Render, render_from};
-use crate::settings::{Crop, Engine, Settings};
+use crate::settings::{Crop, Engine, Sampler, Settings};
 use crate::setup::frame::Frame;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+/// What the help says of noise.
+pub const NOISE: &str = "\
+Noise, of which the progress bar, the summary and --target-error speak, is the standard error of a pixel relative to the mean \
+radiance: the root of the mean variance of the pixels' means over the mean radiance, channels averaged, as the samples' own \
+spread tells it. To it --target-error adds what bright light that no sample has met may come to. It is not the relative error \
+of diff and converge (the root of relMSE), which needs a reference: estimated from the image itself, relMSE saturates near 1 a \
+pixel at just the bright outliers that it should report, since the outlier is its own reference.";
+
 /// Flags of `octray render`.
 #[derive(clap::Args)]
+#[command(after_help = format!("{NOISE}\n\n{}", examples::RENDER))]
 pub struct RenderArgs {
     /// A scene file (.toml), a bare .obj, or builtin:NAME
     scene: PathBuf,
-    /// Image to write: .exr, .png, .hdr or .pfm; may be given several times
+    /// Image to write: .exr, .png, .hdr or .pfm; may be given several times; its directory is made if need be
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     #[arg(long, value_name = "N", help = spp_help(), value_parser = args::positive, allow_negative_numbers = true)]
     spp: Option<u32>,
-    /// Seconds of rendering, ended on whole passes; the first of --spp, --time and --target-error to be reached stops
-    #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_negative_numbers = true)]
+    /// Wall time of rendering, ended on whole passes: 10s, 1m30s, 2h, 500ms or plain seconds; the first of --spp, --time and
+    /// --target-error to be reached stops
+    #[arg(long, value_name = "TIME", value_parser = args::seconds, allow_negative_numbers = true)]
     time: Option<Duration>,
-    /// Stop once the picture's relative standard error is down to E (0.01 or 1%): the root of the mean variance of the
-    /// pixels' means over the mean radiance, channels averaged, as the samples' own spread tells it, and beside it what
-    /// bright light that none of them has met may come to; after at least 16 samples a pixel, 16,384 in all
+    /// Stop once the noise, as defined below, is down to E (0.05 or 5%); after at least 16 samples a pixel, 16,384 in all
     #[arg(long, value_name = "E", value_parser = args::relative_error, allow_hyphen_values = true)]
     target_error: Option<f64>,
     #[command(flatten)]
@@ -58,7 +68,7 @@ pub struct RenderArgs {
     /// Write what the render cost and met as JSON
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
-    /// No progress bar and no summary line; warnings stay
+    /// No progress bar and no summary; warnings stay
     #[arg(long)]
     quiet: bool,
 }
@@ -85,6 +95,7 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
 
     let prepared = prepare(&scene)?;
     warnings.extend_from_slice(&prepared.warnings);
+    args.output.iter().chain(&args.stats).try_for_each(|path| make_directory(path))?;
     let stop = interrupt::requested()?;
     let bar = Bar::new(&settings, args.quiet);
     let mut render = render_from(&prepared, &settings, start.as_ref(), &|progress| {
@@ -98,11 +109,11 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     found.extend(beyond_f32(&render, &args.output));
     found.iter().for_each(|warning| warn(warning));
     warnings.extend(found);
-    // Every file is tried: one full disk must not cost the picture that fits elsewhere.
+    // Every file is tried: one full disk must not cost the image that fits elsewhere.
     let (mut written, mut complete) = (Vec::new(), render.stats.finished);
     for path in &args.output {
         match render.film.save(path) {
-            Ok(()) => written.push(path.display().to_string()),
+            Ok(()) => written.push(path.as_path()),
             Err(error) => {
                 report(&error);
                 complete = false;
@@ -129,7 +140,7 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
 /// Everything that can be known about the outputs before the work starts.
 fn check_outputs(args: &RenderArgs) -> Result<()> {
     let images = args.output.iter();
-    images.clone().try_for_each(check_output_path)?;
+    images.clone().try_for_each(|path| check_place(path, |path| check_output_path(path)))?;
     args.stats.iter().try_for_each(|path| check_json_path("--stats", path))?;
     let mut seen: Vec<PathBuf> = Vec::new();
     for path in images.chain(&args.stats) {
@@ -143,21 +154,6 @@ fn check_outputs(args: &RenderArgs) -> Result<()> {
         seen.push(whole);
     }
     Ok(())
-}
-
-/// The same for `a.png`, `./a.png`, a link to it and any other way to its directory.
-fn whole_path(path: &Path) -> PathBuf {
-    if let Ok(existing) = path.canonicalize() {
-        return existing;
-    }
-    let parent = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    match (parent.canonicalize(), path.file_name()) {
-        (Ok(parent), Some(name)) => parent.join(name),
-        _ => path.to_owned(),
-    }
 }
 
 /// Flag over scene over default.
@@ -194,7 +190,7 @@ fn findings(render: &Render) -> Vec<String> {
     }
     if stats.guarded > 0 {
         found.push(format!(
-            "{} paths were cut at the guard of {} events: the picture may be too dark; use --rr-depth or --max-depth",
+            "{} paths were cut at the guard of {} events: the image may be too dark; use --rr-depth or --max-depth",
             stats.guarded,
             crate::settings::DEPTH_GUARD
         ));
@@ -219,7 +215,7 @@ fn beyond_f32(render: &Render, outputs: &[PathBuf]) -> Option<String> {
         }
     };
     part(means, "a mean", f32::MAX);
-    // In a picture of ordinary brightness a standard deviation of 1e-19 more or less is nothing.
+    // In an image of ordinary brightness a standard deviation of 1e-19 more or less is nothing.
     let dim = film.mean_radiance().into_iter().fold(0.0, f64::max) < 1e-13;
     if exr {
         part(large_variances, "a variance", f32::MAX);
@@ -229,25 +225,65 @@ fn beyond_f32(render: &Render, outputs: &[PathBuf]) -> Option<String> {
     (!parts.is_empty()).then(|| format!("image files hold f32: {}: {what}", parts.join("; ")))
 }
 
-/// One line: what was rendered, how long it took, where it is.
-fn summary(settings: &Settings, render: &Render, written: &[String]) -> String {
+/// A few lines: what was written, how it was rendered, its noise, how to go on.
+fn summary(settings: &Settings, render: &Render, written: &[&Path]) -> String {
     let (film, stats) = (&render.film, &render.stats);
     let bias = if settings.strategy.is_biased() { " (biased)" } else { "" };
-    let error = match film.relative_error() {
-        Some(error) => format!(", estimated error {:.2} %", error * 100.0),
-        None if film.sums().tell_errors() => String::new(),
-        None => ", error unknown: too few samples".to_owned(),
-    };
-    format!(
-        "{} x {}, {} spp, {}{bias}, {}, {:.2} s, {:.2} Mpaths/s{} -> {}\n",
+    let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
+    let mut lines = vec![match written {
+        [] => "nothing written".to_owned(),
+        _ => format!("wrote {}", names.join(", ")),
+    }];
+    lines.push(format!(
+        "  {} x {} pixels, {} sample{} a pixel, {}{bias}, {}, {} s, {} Mpaths/s",
         film.width,
         film.height,
         film.spp,
+        if film.spp == 1 { "" } else { "s" },
         settings.strategy,
         settings.sampler,
-        stats.render_s,
-        stats.paths as f64 / stats.render_s.max(1e-9) * 1e-6,
-        error,
-        if written.is_empty() { "nothing written".to_owned() } else { written.join(", ") },
-    )
+        three_digits(stats.render_s),
+        three_digits(stats.paths as f64 / stats.render_s.max(1e-9) * 1e-6),
+    ));
+    lines.extend(noise(settings, render).map(|noise| format!("  {noise}")));
+    // What an interrupted render says on standard error is how to go on.
+    if stats.finished {
+        lines.extend(next_step(written).map(|step| format!("next: {step}")));
+    }
+    lines.join("\n") + "\n"
+}
+
+/// The noise, and what it takes to halve it or whether it is what was asked for. Nothing of a black image.
+fn noise(settings: &Settings, render: &Render) -> Option<String> {
+    let film = &render.film;
+    if !film.sums().tell_errors() {
+        let least = if settings.sampler == Sampler::Sobol { 4 } else { 2 };
+        return Some(format!("noise unknown: it takes {least} samples a pixel to tell"));
+    }
+    let noise = film.relative_error()?;
+    let unseen = render.stats.unseen_error.unwrap_or(0.0);
+    let mut text = format!("noise {} of the mean radiance", percent(noise));
+    match settings.target_error {
+        Some(target) => {
+            if unseen > 0.1 * noise {
+                text += &format!(", light not met up to {}", percent(unseen));
+            }
+            let reached = if noise.hypot(unseen) <= target { "reached" } else { "not reached" };
+            text += &format!("; the target of {} is {reached}", percent(target));
+        }
+        None if noise > 0.0 => text += &format!("; --spp {} halves it", u64::from(film.spp) * 4),
+        None => {}
+    }
+    Some(text)
+}
+
+/// What to do with the files that were written.
+fn next_step(written: &[&Path]) -> Option<String> {
+    let comparable = |path: &&&Path| matches!(Format::of(path), Ok(Format::Exr | Format::Pfm | Format::Hdr));
+    let kept = written.iter().find(|path| matches!(Format::of(path), Ok(Format::Exr)));
+    match kept.or_else(|| written.iter().find(comparable)) {
+        Some(path) => Some(format!("octray diff {} REFERENCE.exr tells its error", path.display())),
+        None if written.is_empty() => None,
+        None => Some("-o NAME.exr keeps radiance and noise, which octray diff compares".to_owned()),
+    }
 }

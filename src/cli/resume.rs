@@ -1,4 +1,4 @@
-//! An interrupted render goes on where it was: its sums are kept beside the picture until it is finished.
+//! An interrupted render goes on where it was: its sums are kept beside the image until it is finished.
 
 use crate::cli::warn;
 use crate::error::{Error, Result};
@@ -44,14 +44,14 @@ impl State {
         if !self.recipe.0.iter().map(|(name, _)| name).eq(found.settings.iter().map(|(name, _)| name)) {
             return Err(Error::Usage(format!(
                 "{path}: an unfinished render of another version of octray; finish it with that one, delete that file, or \
-                 write to another picture"
+                 write to another image"
             )));
         }
         let differs = self.recipe.0.iter().zip(&found.settings).find(|(own, theirs)| own != theirs);
         if let Some(((name, own), (_, theirs))) = differs {
             return Err(Error::Usage(format!(
                 "{path}: an unfinished render with {name} {theirs}, and this one has {own}; finish it first, delete that \
-                 file, or write to another picture"
+                 file, or write to another image"
             )));
         }
         if found.film.spp > settings.spp {

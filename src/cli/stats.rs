@@ -13,7 +13,7 @@ pub struct Report<'a> {
     version: &'static str,
     scene: &'a str,
     strategy: &'static str,
-    /// The strategy's expected picture is wrong on purpose.
+    /// The strategy's expected image is wrong on purpose.
     biased: bool,
     lights: &'static str,
     sampler: &'static str,
@@ -42,14 +42,14 @@ pub struct Report<'a> {
     stages: &'a [StageStats],
     peak_rss_bytes: Option<u64>,
     mean_radiance: [f64; 3],
-    /// Root mean square error of the pixels by the picture's mean, estimated from the samples; `null` below two samples
-    /// (four with the `sobol` sampler).
+    /// The noise: the root of the mean variance of the pixels' means over the mean radiance, as the samples' own spread tells
+    /// it; `null` below two samples (four with the `sobol` sampler). Not the root of relMSE, which needs a reference.
     relative_error: Option<f64>,
-    /// Standard error of `relative_error` as a statement about this very picture.
+    /// Standard error of `relative_error` as a statement about this very image.
     relative_error_se: Option<f64>,
     /// 95 % interval: `relative_error` and 1.96 standard errors to both sides, not below 0.
     relative_error_interval: Option<[f64; 2]>,
-    /// What light that no sample has met may add to the error, as the target error counts it; `null` without one.
+    /// What light that no sample has met may add to the noise, as the target counts it; `null` without one.
     unseen_error: Option<f64>,
     /// What `--target-error` asked for: the root of the squares of `relative_error` and `unseen_error` is at or below it.
     target_error: Option<f64>,

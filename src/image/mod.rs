@@ -9,6 +9,7 @@ mod hdr;
 mod pfm;
 mod png;
 
+use crate::color::srgb8;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use std::io;
@@ -66,14 +67,6 @@ impl Film {
             Format::Hdr => hdr::write(self, out),
             Format::Pfm => pfm::write(self, out),
         })
-    }
-
-    /// The picture as the bytes of a PNG file.
-    pub fn png(&self) -> Vec<u8> {
-        let mut bytes = io::Cursor::new(Vec::new());
-        // Memory takes every byte, and a film always has as many pixels as it says.
-        let _ = png::write(self, &mut bytes);
-        bytes.into_inner()
     }
 
     /// The picture so far, as its EXR file would hold it: means, their variance, the settings.
@@ -175,6 +168,20 @@ impl Image {
     /// [`Error::Write`]; an older file of that name is then untouched.
     pub fn save_exr(&self, path: impl AsRef<Path>) -> Result<()> {
         atomic::write(path.as_ref(), |out| exr::write(self, out))
+    }
+
+    /// The picture as a PNG file shows it after `exposure` stops: 8-bit sRGB, three bytes a pixel.
+    pub fn srgb8(&self, exposure: f64) -> Vec<u8> {
+        self.pixels.iter().flatten().map(|value| srgb8(*value, exposure)).collect()
+    }
+
+    /// Writes the picture to `path` as PNG after `exposure` stops.
+    ///
+    /// # Errors
+    /// [`Error::Write`]; an older file of that name is then untouched.
+    pub fn save_png(&self, path: impl AsRef<Path>, exposure: f64) -> Result<()> {
+        let bytes = self.srgb8(exposure);
+        atomic::write(path.as_ref(), |out| png::write_bytes(&bytes, self.width, self.height, out))
     }
 
     /// What is to be shown: the display window.

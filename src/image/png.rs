@@ -11,7 +11,12 @@ use std::io::{self, Cursor};
 /// Writes 8-bit sRGB after the film's exposure.
 pub(super) fn write(film: &Film, out: &mut dyn Sink) -> io::Result<()> {
     let bytes: Vec<u8> = film.means().flatten().map(|value| srgb8(value, film.exposure)).collect();
-    PngEncoder::new(out).write_image(&bytes, film.width, film.height, ExtendedColorType::Rgb8).map_err(encoding)
+    write_bytes(&bytes, film.width, film.height, out)
+}
+
+/// Writes 8-bit sRGB, three bytes a pixel.
+pub(super) fn write_bytes(bytes: &[u8], width: u32, height: u32, out: &mut dyn Sink) -> io::Result<()> {
+    PngEncoder::new(out).write_image(bytes, width, height, ExtendedColorType::Rgb8).map_err(encoding)
 }
 
 /// Reads any PNG as linear values; alpha is dropped.

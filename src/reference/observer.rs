@@ -1,10 +1,16 @@
 //! Who is told what happens to a path: `octray trace`, tests, and the search for samples that are not finite.
 
 use super::intersect::{Hit, Ray};
+use super::lights::choose::{Light, choose};
 use super::lights::sample::LightSample;
+use super::lights::tree::Receiver;
+use super::surface::SurfacePoint;
 use super::{Real, Vec3};
 use crate::bvh::ray::NO_HIT;
-use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, RAY, TraceVertex};
+use crate::tables::lights::table::LightTable;
+use crate::trace::{
+    COIN, END, LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, LIGHT_SAMPLE_IDLE, RAY, ROULETTE, ROULETTE_SURVIVED, TraceVertex,
+};
 
 /// A path's state.
 pub struct Path {
@@ -45,18 +51,93 @@ pub enum Event<'a> {
     Ray(&'a Ray),
     /// It has hit nothing.
     Miss(&'a Ray),
-    /// The environment it leaves to has added this, weighed so.
-    Environment(&'a Ray, Vec3, Real),
+    /// The environment it leaves to has been found.
+    Environment(&'a Ray, Found),
     /// It has hit a triangle at a point.
     Hit(&'a Ray, &'a Hit, Vec3),
-    /// The emitter it has hit has added this, weighed so.
-    Emission(&'a Ray, &'a Hit, Vec3, Vec3, Real),
-    /// A light sample from a point adds this, weighed so, unless it is blocked.
-    Light(Vec3, &'a LightSample, Vec3, Real, bool),
-    /// A surface of the named kind has scattered the path at a point into a direction of this density.
-    Bounce(&'static str, &'a Hit, Vec3, Vec3, Real),
-    /// Russian roulette has ended it.
-    Roulette(&'a Hit, Vec3),
+    /// The triangle it has hit at a point emits.
+    Emission(&'a Ray, &'a Hit, Vec3, Found),
+    /// A coin has chosen the light sample (true) or the BSDF sample.
+    Coin(bool),
+    /// A light was chosen, and its sample can bring nothing, for a reason.
+    LightIdle(Choice<'a>, &'static str),
+    /// A light sample; `gain` is added unless it is `blocked`.
+    Light {
+        /// How its light was chosen.
+        choice: Choice<'a>,
+        /// The sample.
+        light: &'a LightSample,
+        /// BSDF times cosine towards it.
+        f_cosine: Vec3,
+        /// The density with which the BSDF sample would have its direction.
+        pdf_bsdf: Real,
+        /// Its MIS weight.
+        weight: Real,
+        /// What it brings.
+        gain: Vec3,
+        /// Something is in between.
+        blocked: bool,
+    },
+    /// A surface of the named kind has scattered the path at a point.
+    Bounce(&'static str, &'a Hit, Vec3, Bounce),
+    /// Russian roulette has let it go on with this probability.
+    Survival(&'a Hit, Vec3, Real),
+    /// Russian roulette has ended it; it would have gone on with this probability.
+    Roulette(&'a Hit, Vec3, Real),
+    /// It ends for a reason.
+    End(&'static str),
+}
+
+/// Emission that a ray has found.
+pub struct Found {
+    /// Its radiance.
+    pub radiance: Vec3,
+    /// What the path gains.
+    pub gain: Vec3,
+    /// Its MIS weight.
+    pub weight: Real,
+    /// The density with which a light sample would have had this direction.
+    pub pdf_light: Real,
+    /// The density with which it was drawn; `None` where no density applies.
+    pub pdf_bsdf: Option<Real>,
+    /// How it was found, in words.
+    pub how: &'static str,
+}
+
+/// A direction that a surface has scattered the path into.
+pub struct Bounce {
+    /// The direction.
+    pub direction: Vec3,
+    /// BSDF times cosine over the density.
+    pub weight: Vec3,
+    /// The density per steradian.
+    pub pdf_dir: Real,
+    /// The lobe is a delta: the density is none.
+    pub delta: bool,
+}
+
+/// The choice of a light, as far as it takes to make it again: only who observes asks which it was.
+#[derive(Clone, Copy)]
+pub struct Choice<'a> {
+    /// The lights.
+    pub lights: &'a LightTable<'a>,
+    /// The point that asks.
+    pub point: &'a SurfacePoint,
+    /// The selection word.
+    pub word: u32,
+}
+
+impl Choice<'_> {
+    /// The triangle of the light, [`NO_HIT`] for the environment, and the probability with which it was chosen.
+    fn made(&self) -> (u32, f64) {
+        let receiver = Receiver { origin: self.point.origin, normal: self.point.normal };
+        let (light, probability, _) = choose(self.lights, &receiver, self.word);
+        let triangle = match light {
+            Light::Environment => NO_HIT,
+            Light::Emitter(emitter) => self.lights.targets.triangle[emitter as usize],
+        };
+        (triangle, probability as f64)
+    }
 }
 
 /// Is told every step of a path.
@@ -87,40 +168,74 @@ fn vertex(path: &Path, event: Event) -> TraceVertex {
         depth: path.depth,
         event,
         triangle: NO_HIT,
+        light: NO_HIT,
         t: 0.0,
         position: wide(position),
         direction: wide(direction),
         beta: wide(path.beta),
         gain: [0.0; 3],
         radiance: wide(path.radiance.value()),
+        emitted: [0.0; 3],
+        bsdf: [0.0; 3],
         pdf: 0.0,
+        pdf_other: 0.0,
         weight: 0.0,
+        probability: 0.0,
+        note: "",
     };
     let hit_at = |event, hit: &Hit, position, direction| TraceVertex {
         triangle: hit.triangle,
         t: hit.t as f64,
         ..at(event, position, direction)
     };
+    let found = |vertex: TraceVertex, found: Found| TraceVertex {
+        gain: wide(found.gain),
+        weight: found.weight as f64,
+        emitted: wide(found.radiance),
+        pdf: found.pdf_bsdf.unwrap_or(0.0) as f64,
+        pdf_other: found.pdf_light as f64,
+        note: found.how,
+        ..vertex
+    };
+    let nowhere = |event| at(event, Vec3::ZERO, Vec3::ZERO);
     match event {
         Event::Ray(ray) => at(RAY, ray.origin, ray.direction),
         Event::Miss(ray) => TraceVertex { t: f64::INFINITY, ..at("miss", ray.origin, ray.direction) },
-        Event::Environment(ray, gain, weight) => {
-            let vertex = at("environment", ray.origin, ray.direction);
-            TraceVertex { gain: wide(gain), weight: weight as f64, ..vertex }
-        }
+        Event::Environment(ray, what) => found(at("environment", ray.origin, ray.direction), what),
         Event::Hit(ray, hit, position) => hit_at("hit", hit, position, ray.direction),
-        Event::Emission(ray, hit, position, gain, weight) => {
-            let vertex = hit_at("emission", hit, position, ray.direction);
-            TraceVertex { gain: wide(gain), weight: weight as f64, ..vertex }
+        Event::Emission(ray, hit, position, what) => found(hit_at("emission", hit, position, ray.direction), what),
+        Event::Coin(light) => TraceVertex { note: if light { "light" } else { "BSDF" }, ..nowhere(COIN) },
+        Event::LightIdle(choice, note) => {
+            let (light, probability) = choice.made();
+            TraceVertex { light, probability, note, ..at(LIGHT_SAMPLE_IDLE, choice.point.position, Vec3::ZERO) }
         }
-        Event::Light(position, light, gain, weight, blocked) => {
-            let vertex =
-                at(if blocked { LIGHT_SAMPLE_BLOCKED } else { LIGHT_SAMPLE }, position, light.shadow_direction);
-            TraceVertex { gain: wide(gain), pdf: light.pdf_dir as f64, weight: weight as f64, ..vertex }
+        Event::Light { choice, light, f_cosine, pdf_bsdf, weight, gain, blocked } => {
+            let event = if blocked { LIGHT_SAMPLE_BLOCKED } else { LIGHT_SAMPLE };
+            let (triangle, probability) = choice.made();
+            TraceVertex {
+                light: triangle,
+                gain: wide(gain),
+                emitted: wide(light.radiance),
+                bsdf: wide(f_cosine),
+                pdf: light.pdf_dir as f64,
+                pdf_other: pdf_bsdf as f64,
+                weight: weight as f64,
+                probability,
+                ..at(event, choice.point.position, light.shadow_direction)
+            }
         }
-        Event::Bounce(kind, hit, position, direction, pdf_dir) => {
-            TraceVertex { pdf: pdf_dir as f64, ..hit_at(kind, hit, position, direction) }
+        Event::Bounce(kind, hit, position, bounce) => TraceVertex {
+            bsdf: wide(bounce.weight),
+            pdf: if bounce.delta { f64::INFINITY } else { bounce.pdf_dir as f64 },
+            ..hit_at(kind, hit, position, bounce.direction)
+        },
+        Event::Survival(hit, position, probability) => {
+            let vertex = hit_at(ROULETTE_SURVIVED, hit, position, Vec3::ZERO);
+            TraceVertex { probability: probability as f64, ..vertex }
         }
-        Event::Roulette(hit, position) => hit_at("roulette", hit, position, Vec3::ZERO),
+        Event::Roulette(hit, position, probability) => {
+            TraceVertex { probability: probability as f64, ..hit_at(ROULETTE, hit, position, Vec3::ZERO) }
+        }
+        Event::End(note) => TraceVertex { note, ..nowhere(END) },
     }
 }

@@ -1,11 +1,12 @@
 //! One path, from the camera to its end: all nine strategies. The step titles name the packet engine's stages.
 
 use super::alpha_masks::is_hit;
+use super::bsdf::sample::BsdfSample;
 use super::camera::camera_ray;
 use super::intersect::{Hit, Ray, intersect_where, occluded_where, stack};
 use super::lights::sample::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::lights::tree::Receiver;
-use super::observer::{CompensatedSum, Event, Observer, Path};
+use super::observer::{Bounce, Choice, CompensatedSum, Event, Found, Observer, Path};
 use super::surface::surface_point_on;
 use super::texture::look_up;
 use super::{Real, Vec3, bsdf, mis, vec3};
@@ -52,6 +53,16 @@ impl Previous {
         }
     }
 
+    /// Emission that was found after this, for observers.
+    fn found(self, radiance: Vec3, gain: Vec3, weight: Real, pdf_light: Real) -> Found {
+        let (pdf_bsdf, how) = match self {
+            Previous::Certain => (None, "certain"),
+            Previous::Drawn { pdf_dir, .. } => (Some(pdf_dir), "drawn"),
+            Previous::LightChosen => (None, "light chosen"),
+        };
+        Found { radiance, gain, weight, pdf_light, pdf_bsdf, how }
+    }
+
     /// The normal at the surface where light sampling could have drawn the direction.
     fn normal(self) -> Vec3 {
         match self {
@@ -87,7 +98,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
                 let weight = emission_weight(strategy, previous, pdf_light);
                 let gain = path.beta * radiance * weight;
                 path.radiance.add(gain);
-                observer.note(&path, Event::Environment(&ray, gain, weight));
+                observer.note(&path, Event::Environment(&ray, previous.found(radiance, gain, weight, pdf_light)));
             }
             break;
         };
@@ -107,13 +118,16 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             let radiance = emitted(&setup.lights, triangle.light, [1.0 - hit.u - hit.v, hit.u, hit.v]);
             let gain = path.beta * radiance * weight;
             path.radiance.add(gain);
-            observer.note(&path, Event::Emission(&ray, &hit, point.position, gain, weight));
+            let found = previous.found(radiance, gain, weight, pdf_light);
+            observer.note(&path, Event::Emission(&ray, &hit, point.position, found));
         }
 
         // The path ends on black surfaces and after its last event.
         let material = &scene.materials[triangle.material as usize];
         let kind = material.kind();
         if !kind.scatters() || path.depth == setup.max_depth {
+            let why = if kind.scatters() { "that was the last event allowed" } else { "the surface scatters nothing" };
+            observer.note(&path, Event::End(why));
             break;
         }
         let textured = textured(scene, material, point.uv);
@@ -127,10 +141,18 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         if setup.samples_lights() && !kind.is_delta() {
             let draws = numbers.light(event);
             light_chosen = strategy.coin && draws.coin();
+            if strategy.coin {
+                observer.note(&path, Event::Coin(light_chosen));
+            }
             let wanted = !strategy.coin || light_chosen;
             let above = |light: &LightSample| light.direction.dot(point.geometric_normal) > 0.0;
             let light = wanted.then(|| sample_light(&setup.lights, &point, &draws)).flatten();
-            if let Some(light) = light.filter(above) {
+            let light = light.filter(above);
+            let choice = Choice { lights: &setup.lights, point: &point, word: draws.select };
+            if wanted && light.is_none() {
+                observer.note(&path, Event::LightIdle(choice, "light and surface do not face each other"));
+            }
+            if let Some(light) = light {
                 let (f_cosine, pdf_bsdf) = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
                 let weight = mis::weigh(strategy.light_sample, light.pdf_dir, pdf_bsdf);
                 let gain = path.beta * f_cosine * light.radiance * (weight / light.pdf_dir);
@@ -144,7 +166,11 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
                     if !blocked {
                         path.radiance.add(gain);
                     }
-                    observer.note(&path, Event::Light(point.position, &light, gain, weight, blocked));
+                    let light = &light;
+                    observer.note(&path, Event::Light { choice, light, f_cosine, pdf_bsdf, weight, gain, blocked });
+                } else {
+                    observer
+                        .note(&path, Event::LightIdle(choice, "the surface sends none of it on, or its weight is 0"));
                 }
             }
         }
@@ -157,19 +183,28 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         } else {
             bsdf::sample(material, point.normal, incoming, point.front, u, draws.lobe as Real)
         };
-        let Some(bounce) = bounce else { break };
-        let Some(direction) = point.to_consistent_hemisphere(bounce.direction, bounce.delta) else { break };
+        let Some(bounce) = bounce else {
+            observer.note(&path, Event::End("the direction drawn carries nothing"));
+            break;
+        };
+        let Some(direction) = point.to_consistent_hemisphere(bounce.direction, bounce.delta) else {
+            observer.note(&path, Event::End("the direction drawn leads below the surface"));
+            break;
+        };
         path.beta *= bounce.weight;
         previous = match () {
             _ if bounce.delta => Previous::Certain,
             _ if light_chosen => Previous::LightChosen,
             _ => Previous::Drawn { pdf_dir: bounce.pdf_dir, cosine: bounce.cosine, normal: point.normal },
         };
-        observer.note(&path, Event::Bounce(kind.name(), &hit, point.position, direction, bounce.pdf_dir));
+        let BsdfSample { weight, pdf_dir, delta, .. } = bounce;
+        let drawn = Bounce { direction, weight, pdf_dir, delta };
+        observer.note(&path, Event::Bounce(kind.name(), &hit, point.position, drawn));
         path.depth += 1;
 
         // Nothing more to find?
         if path.depth == setup.max_depth && !emission_can_count(setup, previous) {
+            observer.note(&path, Event::End("no emission that the last ray could find would count"));
             break;
         }
 
@@ -178,15 +213,17 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         // of the smallest number round to the smallest number, and a path without roulette would run to the guard.
         let survival = max_element(path.beta);
         if !(survival >= Real::MIN_POSITIVE) {
+            observer.note(&path, Event::End("the throughput is 0"));
             break;
         }
         if path.depth >= setup.rr_depth {
             let survival = if survival < 1.0 { survival } else { 1.0 };
             if !((draws.roulette as Real) < survival) {
-                observer.note(&path, Event::Roulette(&hit, point.position));
+                observer.note(&path, Event::Roulette(&hit, point.position, survival));
                 break;
             }
             path.beta *= 1.0 / survival;
+            observer.note(&path, Event::Survival(&hit, point.position, survival));
         }
         let through = direction.dot(point.geometric_normal) < 0.0;
         let origin = if through { point.origin_behind } else { point.origin };

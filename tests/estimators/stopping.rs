@@ -2,12 +2,19 @@
 
 use crate::common::{first_difference, prepared, small};
 use crate::program::{octray, stderr};
-use octray::internal::film::checkpoint::{self, Checkpoint};
 use octray::internal::image::Image;
-use octray::{Crop, Engine, Film, Sampler, Settings, Strategy, render, render_from};
+use octray::{Engine, Film, Sampler, Settings, Strategy, render, render_from};
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+// What only the tests of interrupts need, which look into `/proc`.
+#[cfg(target_os = "linux")]
+use {
+    octray::{
+        Crop,
+        internal::film::checkpoint::{self, Checkpoint},
+    },
+    std::path::Path,
+    std::process::{Command, Output},
+};
 
 const CORNELL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
 

@@ -80,11 +80,129 @@ fn bad_flags_end_with_status_2_and_say_why() {
 
 #[test]
 fn bad_commands_and_missing_arguments_are_status_2() {
-    refused(&["rendr"], 2, "rendr");
+    refused(&["rendr"], 2, "a similar subcommand exists: 'render'");
     refused(&["render", CORNELL], 2, "--output");
     refused(&["render", "-o", "a.png"], 2, "SCENE");
     refused(&["trace", CORNELL, "--pixel", "1,1"], 2, "--sample");
-    assert_eq!(octray(&[]).status.code(), Some(2));
+}
+
+#[test]
+fn the_name_alone_shows_where_to_begin() {
+    let output = octray(&[]);
+    assert_eq!((output.status.code(), stderr(&output)), (Some(2), String::new()));
+    let commands = stdout(&output).lines().filter(|line| line.starts_with("  octray ")).count();
+    assert_eq!(commands, 3, "{}", stdout(&output));
+    assert!(stdout(&output).starts_with("octray ") && stdout(&output).lines().all(|line| line.len() <= 80));
+}
+
+#[test]
+fn slips_are_answered_with_what_may_have_been_meant() {
+    let place = Place::new();
+    let [scene, output] = ["room.toml", "a.exr"].map(|name| place.path(name));
+    fs::copy(CORNELL, &scene).unwrap();
+    let near = format!("did you mean `{scene}`?");
+    for name in ["rom.toml", "Room.toml", "room"] {
+        for command in [&["info"][..], &["check"], &["bench"], &["render", "-o", &output]] {
+            refused(&[command, &[&place.path(name)]].concat(), 2, &near);
+        }
+        refused(&["trace", &place.path(name), "--pixel", "1,1", "--sample", "0"], 2, &near);
+        refused(&["diff", &place.path("a.pfm"), &place.path("a.pfm")], 2, "cannot read it");
+    }
+    let silent = octray(&["info", &place.path("elsewhere.toml")]);
+    assert!(!stderr(&silent).contains("did you mean"), "{}", stderr(&silent));
+    for name in ["builtin:hevy", "heavy", "buildin:heavy"] {
+        refused(&["info", name], 2, "did you mean `builtin:heavy`?");
+    }
+    refused(&["info", "builtin:nonsense"], 2, "no such scene; known: builtin:heavy, builtin:lamp_hall");
+    for (flags, message) in [
+        (&["--strategy", "mispower"][..], "did you mean `mis-power`?"),
+        (&["--strategy", "balance"], "did you mean `mis-balance`?"),
+        (&["--lights", "treee"], "did you mean `tree`?"),
+        (&["--sampler", "sobl"], "did you mean `sobol`?"),
+        (&["--engine", "pakcet"], "did you mean `packet`?"),
+        (&["--samples", "4"], "--samples"),
+        (&["--straegy", "nee"], "a similar argument exists: '--strategy'"),
+    ] {
+        refused(&[&["render", CORNELL, "-o", &output], flags].concat(), 2, message);
+    }
+    refused(&[CORNELL], 2, "a command comes first: octray render");
+    refused(&["builtin:heavy"], 2, "octray render builtin:heavy -o image.exr");
+    refused(&["info", CORNELL, "--json", "a.json"], 2, "with an equals sign only: --json=a.json");
+}
+
+#[test]
+fn directories_of_outputs_are_made_once_all_else_is_well() {
+    let place = Place::new();
+    let [image, stats, json] = ["new/deep/a.pfm", "new/stats/a.json", "other/info.json"].map(|name| place.path(name));
+    let json_flag = format!("--json={json}");
+    let broken = place.scene("broken.toml", "[film]\nwidth = 0\n");
+    let lone = place.scene("lone.toml", "[[mesh]]\nobj = 'none.obj'\n");
+    for scene in [&broken, &lone, &place.path("none.toml")] {
+        let output = octray(&["render", scene, "-o", &image, "--stats", &stats]);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert_eq!(octray(&["info", scene, &json_flag]).status.code(), Some(2));
+    }
+    let bad_crop = ["render", CORNELL, "-o", &image, "--stats", &stats, "--crop", "9999,0,1,1"];
+    assert_eq!(octray(&bad_crop).status.code(), Some(2));
+    let lost = place.path("none.pfm");
+    let heatmap = place.path("new/map.png");
+    assert_eq!(octray(&["diff", &lost, &lost, "--heatmap", &heatmap, &json_flag]).status.code(), Some(2));
+    assert!(!Path::new(&place.path("new")).exists() && !Path::new(&place.path("other")).exists());
+    let render = octray(&[&["render", CORNELL, "-o", &image, "--stats", &stats], &SMALL[..]].concat());
+    assert!(render.status.success(), "{}", stderr(&render));
+    let diff = octray(&["diff", &image, &image, "--heatmap", &heatmap, &json_flag]);
+    assert!(diff.status.success(), "{}", stderr(&diff));
+    assert!([&image, &stats, &heatmap, &json].iter().all(|path| Path::new(path).is_file()));
+}
+
+/// `--json` alone is for standard output; its file stands behind an equals sign; what follows is never its value.
+#[test]
+fn json_is_a_flag_alike_in_every_command() {
+    let place = Place::new();
+    let [image, file] = ["a.pfm", "a.json"].map(|name| place.path(name));
+    render(&place, "a.pfm", &[]);
+    let flag = format!("--json={file}");
+    let bench = ["--runs", "1", "--size", "8"];
+    let trace = ["--pixel", "3,3", "--sample", "0", "--width", "8", "--height", "8"];
+    let filter = ["--filter", "slivers"];
+    for (command, positional, flags) in [
+        ("info", &[CORNELL][..], &[][..]),
+        ("check", &[CORNELL], &filter),
+        ("bench", &[CORNELL], &bench),
+        ("trace", &[CORNELL], &trace),
+        ("diff", &[&image, &image], &[]),
+    ] {
+        let json = |output: &Output| {
+            assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(output));
+            serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap_or_else(|e| panic!("{command}: {e}"))
+        };
+        // Before what is positional, behind it, before another flag, with a dash for a name.
+        json(&octray(&[&[command, "--json"], positional, flags].concat()));
+        json(&octray(&[&[command], positional, flags, &["--json"]].concat()));
+        json(&octray(&[&[command], positional, &["--json"], flags].concat()));
+        json(&octray(&[&[command], positional, flags, &["--json=-"]].concat()));
+        let output = octray(&[&[command, &flag], positional, flags].concat());
+        assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(&output));
+        assert!(serde_json::from_str::<serde_json::Value>(&fs::read_to_string(&file).unwrap()).is_ok(), "{command}");
+        fs::remove_file(&file).unwrap();
+        // A word behind the bare flag is positional: one too many.
+        refused(&[&[command], positional, flags, &["--json", &file]].concat(), 2, "equals sign");
+        let help = stdout(&octray(&[command, "--help"]));
+        assert!(help.contains("--json[=<FILE>]"), "{command}: {help}");
+        for (name, message) in [("b.toml", "that is a scene file"), ("b.EXR", "that is an image")] {
+            let flag = format!("--json={}", place.path(name));
+            refused(&[&[command], positional, flags, &[&flag]].concat(), 2, message);
+        }
+    }
+}
+
+#[test]
+fn times_take_units() {
+    let place = Place::new();
+    for time in ["20ms", "0.02s", "0.02", "0m0.02s"] {
+        let image = render(&place, "a.pfm", &["--time", time, "--spp", "1"]);
+        assert_eq!(image.width, 16);
+    }
 }
 
 #[test]
@@ -115,9 +233,16 @@ fn outputs_are_checked_before_anything_is_read() {
     };
     refuse("a.jpg", 2, "unknown image extension `.jpg`");
     refuse("a", 2, "no extension");
-    refuse("missing/a.png", 1, "does not exist; make it first");
-    let (image, stats) = (place.path("a.png"), place.path("missing/a.json"));
-    refused(&["render", &scene, "-o", &image, "--stats", &stats], 1, "does not exist; make it first");
+    refuse("missing/a.png", 2, "none.toml: cannot read it");
+    let image = place.path("a.png");
+    fs::write(place.path("file"), "").unwrap();
+    refuse("file/a.png", 1, "file is not a directory");
+    refuse("file/missing/a.png", 1, "file is not a directory");
+    let stats = place.path("file/a.json");
+    refused(&["render", &scene, "-o", &image, "--stats", &stats], 1, "file is not a directory");
+    fs::remove_file(place.path("file")).unwrap();
+    let [one, other] = ["new/deep/a.png", "./new/./deep/../deep/a.png"].map(|name| place.path(name));
+    refused(&["render", &scene, "-o", &one, "-o", &other], 2, "named for two outputs");
     refused(&["render", &scene, "-o", &image, "-o", &image], 2, "named for two outputs");
     refused(&["render", &scene, "-o", &image, "-o", &place.path("./a.png")], 2, "named for two outputs");
     refused(&["render", &scene, "-o", &image, "--stats", &image], 2, "named for two outputs");
@@ -164,21 +289,25 @@ fn crops_and_pixels_outside_the_film_are_status_2() {
 fn json_never_replaces_a_scene() {
     let place = Place::new();
     let scene = place.scene("a.toml", "precious");
-    refused(&["bench", "--json", &scene], 2, "that is a scene file");
+    refused(&["bench", &format!("--json={scene}")], 2, "that is a scene file");
     refused(&["render", CORNELL, "-o", &place.path("a.png"), "--stats", &scene], 2, "that is a scene file");
     assert_eq!(fs::read_to_string(scene).unwrap(), "precious");
 }
 
 #[test]
-fn a_render_writes_every_output_and_one_line() {
+fn a_render_writes_every_output_and_a_few_lines() {
     let place = Place::new();
     let names = ["a.exr", "a.png", "a.hdr", "a.pfm"].map(|name| place.path(name));
     let stats = place.path("a.json");
     let outputs = names.iter().flat_map(|name| ["-o", name.as_str()]).collect::<Vec<_>>();
     let output = octray(&[&["render", CORNELL, "--stats", &stats], &outputs[..], &SMALL].concat());
     assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(stdout(&output).lines().count(), 1);
-    assert!(stdout(&output).starts_with("16 x 16, 1 spp, mis-power"), "{}", stdout(&output));
+    let text = stdout(&output);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!((lines.len(), lines[0]), (4, &format!("wrote {}", names.join(", "))[..]), "{text}");
+    assert!(lines[1].starts_with("  16 x 16 pixels, 1 sample a pixel, mis-power, sobol, "), "{text}");
+    assert_eq!(lines[2], "  noise unknown: it takes 4 samples a pixel to tell");
+    assert_eq!(lines[3], format!("next: octray diff {} REFERENCE.exr tells its error", names[0]));
     assert_eq!(stderr(&output), "", "no bar where there is no terminal");
     let [exr, _, _, pfm] = names.map(|name| Image::read(name).unwrap());
     assert_eq!(exr.pixels, pfm.pixels);
@@ -201,7 +330,7 @@ fn a_render_writes_every_output_and_one_line() {
     let walks = stages.iter().filter(|stage| stage["walk_lanes_used"].as_u64() > Some(0));
     assert!(walks.count() >= 1, "packets through the tree count their lanes");
     assert!(stats["rays"]["bounce"].as_u64() > Some(0) && stats["rays"]["shadow"].as_u64() > Some(0));
-    if cfg!(target_os = "linux") {
+    if cfg!(any(target_os = "linux", target_os = "macos", windows)) {
         assert!(stats["peak_rss_bytes"].as_u64() > Some(100_000));
     }
     // One sample a pixel says nothing about its error.
@@ -228,6 +357,41 @@ fn stats_tell_the_error_with_its_standard_error() {
     assert!(error > 0.0 && its_error > 0.0 && its_error < error, "{error} {its_error}");
 }
 
+/// The summary calls what the samples tell noise, and says what it is; only `diff` and `converge` speak of relative errors.
+#[test]
+fn the_summary_names_the_noise_and_how_to_go_on() {
+    let place = Place::new();
+    let (path, stats) = (place.path("a.png"), place.path("a.json"));
+    let film = ["--width", "16", "--height", "16", "--stats", &stats];
+    let summary = |flags: &[&str]| {
+        let output = octray(&[&["render", CORNELL, "-o", &path], &film[..], flags].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let text = stdout(&output);
+        assert!(text.lines().count() == 4 && !text.contains("error "), "{text}");
+        (text.lines().nth(2).unwrap().to_owned(), text.lines().nth(3).unwrap().to_owned())
+    };
+    let told = |flags: &[&str]| {
+        let (noise, next) = summary(flags);
+        let stats: serde_json::Value = serde_json::from_str(&fs::read_to_string(&stats).unwrap()).unwrap();
+        let measured = stats["relative_error"].as_f64().unwrap();
+        let shown: f64 = noise.strip_prefix("  noise ").unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((shown / 100.0 / measured - 1.0).abs() < 0.01, "{noise} {measured}");
+        (noise, next)
+    };
+    let (noise, next) = told(&["--spp", "8"]);
+    assert!(noise.contains(" % of the mean radiance") && noise.ends_with("; --spp 32 halves it"), "{noise}");
+    assert_eq!(next, "next: -o NAME.exr keeps radiance and noise, which octray diff compares");
+    assert!(told(&["--spp", "400", "--target-error", "50%"]).0.ends_with("; the target of 50 % is reached"));
+    assert!(told(&["--spp", "8", "--target-error", "1%"]).0.ends_with("; the target of 1 % is not reached"));
+    assert!(summary(&["--spp", "1", "--sampler", "independent"]).0.contains("it takes 2 samples"));
+    let help = stdout(&octray(&["render", "--help"])).split_whitespace().collect::<Vec<_>>().join(" ");
+    for text in
+        ["root of the mean variance of the pixels' means over the mean radiance", "the outlier is its own reference"]
+    {
+        assert!(help.contains(text), "{text}: {help}");
+    }
+}
+
 #[test]
 fn quiet_says_nothing_and_other_flags_reach_the_render() {
     let place = Place::new();
@@ -249,8 +413,9 @@ fn quiet_says_nothing_and_other_flags_reach_the_render() {
 fn flags_go_over_the_scene_and_the_scene_over_defaults() {
     let place = Place::new();
     let scenes = PathBuf::from(CORNELL);
-    let obj = scenes.with_file_name("cornell.obj");
-    let text = fs::read_to_string(CORNELL).unwrap().replace("cornell.obj", &obj.to_string_lossy());
+    // A backslash would begin an escape.
+    let obj = scenes.with_file_name("cornell.obj").to_string_lossy().replace('\\', "/");
+    let text = fs::read_to_string(CORNELL).unwrap().replace("cornell.obj", &obj);
     let text = text.replace("[render]", "[render]\nstrategy = \"nee\"\nseed = 7\nmax_depth = 3\nrr_depth = \"off\"");
     let scene = place.scene("a.toml", &text);
     let settings = |flags: &[&str]| {
@@ -300,9 +465,32 @@ fn info_lists_tables_plan_and_what_is_left_out() {
     for word in ["film", "triangles", "tables", "light records", "plan of mis-power", "left out", "environment"] {
         assert!(stdout(&text).contains(word), "{word}: {}", stdout(&text));
     }
+    for (flags, lines) in [
+        (
+            &[][..],
+            ["strategy mis-power", "light selection tree (here: uniform)", "sampler sobol", "roulette from depth 3 on"],
+        ),
+        (
+            &["--lights", "power", "--strategy", "nee-sum", "--sampler", "independent", "--rr-depth", "off"],
+            [
+                "strategy nee-sum (biased)",
+                "light selection power (here: power (alias table))",
+                "sampler independent",
+                "roulette off",
+            ],
+        ),
+        (
+            &["--strategy", "bsdf", "--max-depth", "5"],
+            ["strategy bsdf", "light selection tree (not used: no light is sampled)", "max depth 5", "seed 0"],
+        ),
+    ] {
+        let text = stdout(&octray(&[&["info", CORNELL], flags].concat()));
+        let found: Vec<String> = text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        assert!(lines.iter().all(|line| found.iter().any(|found| found == line)), "{lines:?}: {text}");
+    }
     let printed = octray(&["info", CORNELL, "--strategy", "bsdf", "--json"]);
     let path = place.path("info.json");
-    assert!(octray(&["info", CORNELL, "--strategy", "bsdf", "--json", &path]).status.success());
+    assert!(octray(&["info", CORNELL, "--strategy", "bsdf", &format!("--json={path}")]).status.success());
     for json in [stdout(&printed), fs::read_to_string(path).unwrap()] {
         let info: serde_json::Value = serde_json::from_str(&json).unwrap();
         assert!(info["features"].is_object() && info["lights"].as_u64() > Some(0), "{json}");
@@ -317,15 +505,77 @@ fn info_lists_tables_plan_and_what_is_left_out() {
 }
 
 #[test]
-fn trace_shows_a_path_on_which_both_engines_agree() {
+fn trace_tells_a_path_on_which_both_engines_agree() {
+    let trace = |flags: &[&str]| octray(&[&["trace", CORNELL, "--pixel", "250,300"], flags].concat());
     for sample in ["0", "1", "17"] {
-        let output = octray(&["trace", CORNELL, "--pixel", "250,300", "--sample", sample]);
+        let output = trace(&["--sample", sample]);
         assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
         let text = stdout(&output);
-        assert!(text.contains("both engines agree to the last bit") && !text.contains("<-"), "{text}");
-        for word in ["pixel 250,300 of 512 x 512", "light sample", "shadow contribution", "throughput", "radiance"] {
+        assert!(text.contains("both engines agree to the last bit on ") && !text.contains("ray by ray"), "{text}");
+        for word in [
+            "pixel 250,300 of 512 x 512",
+            "Depth 0: a camera ray from",
+            "(tall_block: diffuse)",
+            "Light sample: triangle",
+            "(lamp), chosen with probability 0.5",
+            "p_light^2 / (p_light^2 + p_bsdf^2)",
+            "So the sample has the radiance",
+            "legend",
+        ] {
             assert!(text.contains(word), "{word}: {text}");
         }
+        let both = stdout(&trace(&["--sample", sample, "--both"]));
+        assert!(
+            both.contains("shadow contribution  both ") && !both.lines().any(|line| line.starts_with('>')),
+            "{both}"
+        );
+        let narrow = Command::new(env!("CARGO_BIN_EXE_octray"))
+            .args(["trace", CORNELL, "--pixel", "250,300", "--sample", sample, "--both"])
+            .env("COLUMNS", "80")
+            .output()
+            .unwrap();
+        assert!(stdout(&narrow).lines().all(|line| line.len() <= 80), "{}", stdout(&narrow));
+        assert!(both.lines().all(|line| line.len() <= 120), "{both}");
+    }
+}
+
+#[test]
+fn trace_gives_the_path_as_json() {
+    let film = ["--width", "16", "--height", "16", "--sample", "2", "--json"];
+    let mut events = std::collections::BTreeSet::new();
+    for (x, y) in (0..16).step_by(3).flat_map(|x| (0..16).step_by(3).map(move |y| (x, y))) {
+        let pixel = format!("{x},{y}");
+        let output = octray(&[&["trace", CORNELL, "--pixel", &pixel], &film[..]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let path: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!((&path["agree"], &path["pixel"]), (&true.into(), &serde_json::json!([x, y])));
+        assert!(path["first_difference"].is_null() && path["light_selection"] == "tree" && path["rr_depth"] == 3);
+        assert_eq!(path["scalar"], path["packet"]);
+        let steps = path["steps"].as_array().unwrap();
+        let of = |event: &str| steps.iter().filter(|step| step["event"] == event).count();
+        assert_eq!(of("ray"), path["scalar"].as_array().unwrap().len());
+        let radiance = steps.last().unwrap()["radiance"].as_array().unwrap();
+        for (told, found) in radiance.iter().zip(path["radiance"].as_array().unwrap()) {
+            assert_eq!(told.as_f64().unwrap() as f32, found.as_f64().unwrap() as f32);
+        }
+        for step in steps {
+            events.insert(step["event"].as_str().unwrap().to_owned());
+            match step["event"].as_str().unwrap() {
+                "light sample" | "light sample, blocked" => {
+                    let light = &step["light"];
+                    assert!(light["triangle"]["material"] == "lamp" && light["probability"] == 0.5, "{step}");
+                    assert_eq!(step["blocked"], step["event"] == "light sample, blocked");
+                    assert!(step["gain"][0].as_f64() > Some(0.0) && step["pdf"].is_f64(), "{step}");
+                }
+                "hit" => assert!(step["triangle"]["material"].is_string() && step["t"].is_f64(), "{step}"),
+                "roulette" | "roulette survived" => assert!(step["survival"].as_f64() > Some(0.0), "{step}"),
+                "diffuse" => assert!(step["pdf"].is_f64() && step.get("delta").is_none(), "{step}"),
+                _ => {}
+            }
+        }
+    }
+    for event in ["light sample", "light sample, blocked", "roulette", "roulette survived", "hit", "miss", "diffuse"] {
+        assert!(events.contains(event), "{event}: {events:?}");
     }
 }
 
@@ -361,7 +611,6 @@ fn bench_rows_have_the_contract_keys() {
 }
 
 #[test]
-#[cfg(unix)]
 fn a_reader_that_goes_away_is_no_error() {
     use std::process::Stdio;
     let mut child =

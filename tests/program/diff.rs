@@ -105,13 +105,50 @@ fn a_table_and_a_heatmap() {
     let output = octray(&["diff", &a, &b, "--heatmap", &map]);
     assert!(output.status.success(), "{}", stderr(&output));
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    for word in ["mse", "rmse", "relmse", "mape", "mean_a", "mean_b", "bias_z"] {
-        assert!(text.lines().any(|line| line.starts_with(word)), "{word}: {text}");
+    for word in ["mse", "rmse", "relmse", "relative error", "mape", "mean_a", "mean_b", "bias", "bias_z"] {
+        assert!(text.lines().any(|line| line.starts_with(&format!("{word} "))), "{word}: {text}");
     }
+    assert!(text.contains(&format!("{map}: the relative error of every pixel, from ")), "{text}");
+    let found = json(&octray(&["diff", &a, &b, "--heatmap", &map, "--json"]));
+    assert_eq!(found["heatmap"]["file"], map);
+    assert!(found["heatmap"]["darkest"].as_f64() < found["heatmap"]["brightest"].as_f64(), "{found}");
+    near(&found["relative_error"], found["relmse"].as_f64().unwrap().sqrt());
     let picture = Image::read(&map).unwrap();
     assert!(picture.width > 240 && picture.height == 160, "{} x {}", picture.width, picture.height);
-    assert!(octray(&["diff", &a, &b, "--json", &file]).stdout.is_empty());
+    assert!(octray(&["diff", &a, &b, &format!("--json={file}")]).stdout.is_empty());
     assert!(serde_json::from_str::<serde_json::Value>(&fs::read_to_string(file).unwrap()).unwrap()["mse"].is_f64());
+}
+
+#[test]
+fn an_image_against_itself_is_zero_without_talk_of_noise() {
+    let place = Place::new();
+    let files = ["a.exr", "a.png", "a.pfm"].map(|name| place.path(name));
+    let outputs: Vec<&str> = files.iter().flat_map(|file| ["-o", file.as_str()]).collect();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+    let film = ["--width", "16", "--height", "16", "--spp", "8", "--quiet"];
+    assert!(octray(&[&["render", scene], &film[..], &outputs].concat()).status.success());
+    let [exr, png, pfm] = &files;
+    let text = |a: &str, b: &str| {
+        let output = octray(&["diff", a, b]);
+        assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()), "{a} {b}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for (a, b) in [(exr, exr), (png, png), (pfm, pfm), (exr, pfm), (pfm, exr)] {
+        let text = text(a, b);
+        assert!(text.contains("The images are the same, pixel by pixel.") && !text.contains("noise"), "{text}");
+        assert!(text.lines().any(|line| line.starts_with("mse             0.000e+00  ")), "{text}");
+        assert_eq!(json(&octray(&["diff", a, b, "--json"]))["identical"], true);
+    }
+    // The conversion is told of every PNG, beside linear data as a warning where the output is JSON.
+    for (a, b) in [(png, exr), (exr, png), (png, png)] {
+        let text = text(a, b).split_whitespace().collect::<Vec<_>>().join(" ");
+        let told = format!("{png}: decoded from 8-bit sRGB to linear; it was rounded to 8 bits and cut at white");
+        assert_eq!(text.matches(&told).count(), 1, "{text}");
+        let output = octray(&["diff", a, b, "--json"]);
+        assert_eq!(stderr(&output).contains("8-bit sRGB"), a != b);
+        assert_eq!(json(&output)["conversions"].as_array().unwrap().len(), 1);
+    }
+    assert_eq!(json(&octray(&["diff", exr, pfm, "--json"]))["conversions"], serde_json::json!([]));
 }
 
 #[test]
@@ -187,13 +224,13 @@ fn bad_input_is_one_error_with_status_2() {
     refused(&[&a, &text], 2, "text.exr: ");
     refused(&[&a, &place.path("b.jpg")], 2, "unknown image extension `.jpg`");
     refused(&[&a, &a, "--heatmap", &place.path("map.exr")], 2, "a heatmap is a PNG");
-    refused(&[&a, &a, "--heatmap", &place.path("none/map.png")], 1, "does not exist");
+    refused(&[&a, &a, "--heatmap", &place.path("a.pfm/map.png")], 1, "is not a directory");
     assert_eq!(octray(&["diff", &a]).status.code(), Some(2));
     assert!(!Path::new(&place.path("map.exr")).exists());
     // A PNG may be compared, and may not be overwritten by its own heatmap.
     let png = place.path("a.png");
     assert!(octray(&["diff", &a, &a, "--heatmap", &png]).status.success());
-    refused(&[&png, &png, "--heatmap", &png], 2, "one of the pictures compared");
+    refused(&[&png, &png, "--heatmap", &png], 2, "one of the images compared");
 }
 
 /// Radiances whose squares leave the range of f32: every file is finite, `diff` reads it, figures are numbers, and one warning

@@ -42,3 +42,37 @@ fn help_names_the_choices_and_defaults_that_settings_have() {
         assert!(octray::Strategy::ALL.iter().all(|strategy| help.contains(strategy.name())), "{help}");
     }
 }
+
+/// Every command of every `Examples:` section that writes no file does what it says; all are parsed by a test of the program's
+/// own.
+#[test]
+fn examples_of_help_run() {
+    let mut run = 0;
+    for command in ["info", "trace"] {
+        let output = octray(&[command, "--help"]);
+        let help = String::from_utf8_lossy(&output.stdout).into_owned();
+        let examples = help.split_once("\nExamples:\n").unwrap_or_else(|| panic!("{help}")).1;
+        for line in examples.lines().filter_map(|line| line.strip_prefix("  octray ")) {
+            if line.contains("--json=") {
+                continue;
+            }
+            let example = std::process::Command::new(env!("CARGO_BIN_EXE_octray"))
+                .args(line.split(' '))
+                .current_dir(env!("CARGO_MANIFEST_DIR"))
+                .output()
+                .unwrap();
+            assert!(example.status.success(), "{line}: {}", stderr(&example));
+            run += 1;
+        }
+    }
+    assert!(run >= 4, "{run}");
+}
+
+/// One word for one thing.
+#[test]
+fn what_is_rendered_is_called_an_image() {
+    for command in ["render", "info", "trace", "check", "bench", "diff"] {
+        let help = help_of(command);
+        assert!(!help.contains("picture"), "{command}: {help}");
+    }
+}

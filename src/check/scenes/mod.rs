@@ -13,7 +13,7 @@ pub mod skies;
 
 use crate::api::Scene;
 use crate::error::{Error, Result};
-use crate::nearest::nearest;
+use crate::nearest::close;
 use crate::scene::SceneDesc;
 
 /// A scene of the suite.
@@ -42,9 +42,11 @@ pub fn load(name: &str) -> Result<Scene> {
     let mut parts = name.split(':');
     let wanted = parts.next().unwrap_or_default();
     let Some(maker) = ALL.iter().flat_map(|makers| makers.iter()).find(|maker| maker.name == wanted) else {
-        let names = ALL.iter().flat_map(|makers| makers.iter().map(|maker| maker.name));
-        let hint = nearest(wanted, names).unwrap_or_default();
-        return fault(format!("the suite has no such scene; did you mean `{PREFIX}{hint}`?"));
+        let names = || ALL.iter().flat_map(|makers| makers.iter().map(|maker| maker.name));
+        return fault(match close(wanted, names()) {
+            Some(near) => format!("the suite has no such scene; did you mean `{PREFIX}{near}`?"),
+            None => format!("the suite has no such scene; known: {}", names().collect::<Vec<_>>().join(", ")),
+        });
     };
     let numbers: Option<Vec<f64>> = parts.map(|part| part.parse().ok().filter(|x: &f64| x.is_finite())).collect();
     match numbers.filter(|numbers| numbers.len() == maker.numbers.len()) {

@@ -13,7 +13,9 @@ mod walks;
 use crate::api::Scene;
 use crate::cli::args;
 use crate::cli::args::EstimatorArgs;
-use crate::cli::output::{JsonArgs, table};
+use crate::cli::examples;
+use crate::cli::numbers::{count, three_digits};
+use crate::cli::output::{JsonArgs, aligned, columns, wrapped};
 use crate::cli::stats::mrays_per_s;
 use crate::cli::{prepare, report, warn};
 use crate::error::Result;
@@ -33,6 +35,7 @@ const SCALAR_SPP: u32 = 1;
 
 /// Flags of `octray bench`.
 #[derive(clap::Args)]
+#[command(after_help = examples::BENCH)]
 pub struct BenchArgs {
     /// A scene file (.toml), a bare .obj, or builtin:NAME
     #[arg(default_value = "builtin:heavy")]
@@ -128,7 +131,7 @@ fn render_cases<'a>(prepared: &'a PreparedScene, settings: &Settings, faults: &m
     let [packet, scalar] =
         [Engine::Packet, Engine::Scalar].map(|engine| render(prepared, &by(engine, SCALAR_SPP)).film.pixels);
     if packet != scalar {
-        faults.push("render: the engines give different pictures; octray trace shows one path in both".into());
+        faults.push("render: the engines give different images; octray trace shows one path in both".into());
     }
     let engines = [(Engine::Packet, PACKET_SPP), (Engine::Scalar, SCALAR_SPP)];
     let case = |(engine, spp)| {
@@ -169,88 +172,135 @@ fn render_rows(prepared: &PreparedScene, settings: &Settings) -> Vec<Row> {
 fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
     let runs = rows.first().map_or(0, |row| row.runs);
     let (width, height) = (settings.width.unwrap_or(0), settings.height.unwrap_or(0));
-    format!(
-        "{}, {}, {width} x {height} pixels, {}, one thread, medians of {runs} round{}\n\n\
-         rays from the engine's queues, Mrays/s of CPU time\n{}\n\
-         whole renders, CPU time\n{}\n\
-         stages of the packet engine, wall time\n{}\n\
-         light samples for points anywhere on the scene, CPU time\n{}\n\
-         four numbers of one address, CPU time\n{}",
+    let head = format!(
+        "{}, {width} x {height} pixels, {}, lights {}, {}, one thread, {}, {}",
         prepared.name,
-        simd_level(),
         settings.strategy,
-        if runs == 1 { "" } else { "s" },
+        settings.lights,
+        settings.sampler,
+        if runs == 1 { "one round".to_owned() } else { format!("medians of {runs} rounds") },
+        simd_level(),
+    );
+    let lights = twin_table(rows, |row| !row.what.starts_with(sampling::WHAT));
+    let lights = match lights.lines().count() {
+        0 | 1 => "  the scene has no emissive triangle\n".to_owned(),
+        _ => lights,
+    };
+    format!(
+        "{}\n\n\
+         rays from the engine's queues, Mrays/s of CPU time; in walks: lanes used in packets through the tree\n{}\n\
+         whole renders, CPU time; in stages: lanes used in the loops over queues\n{}\n\
+         stages of the packet engine, wall time; in walks: as above, for the stages that walk the tree\n{}\n\
+         light samples for points anywhere on the scene, CPU time in ns; useful: lanes whose sample counts\n{lights}\n\
+         four numbers of one address, CPU time in ns\n{}",
+        wrapped(&head, columns().min(MOST_COLUMNS) - 2, 2),
         ray_table(rows),
         render_table(rows),
         stage_table(rows),
-        twin_table(rows, |row| !row.what.starts_with(sampling::WHAT)),
         twin_table(rows, |row| row.what.starts_with(sampling::WHAT)),
     )
 }
 
+/// Columns that the tables may take.
+const MOST_COLUMNS: usize = 100;
+
 fn number(value: Option<f64>) -> String {
-    value.map_or("-".to_owned(), |value| format!("{value:.2}"))
+    value.map_or("-".to_owned(), three_digits)
 }
 
-fn percent(share: Option<f64>) -> String {
-    share.map_or("-".to_owned(), |share| format!("{:.1} %", share * 100.0))
+fn per_cent(share: Option<f64>) -> String {
+    share.map_or("-".to_owned(), |share| format!("{:.0} %", share * 100.0))
+}
+
+/// A heading and rows: the first column to the left, numbers to the right.
+fn numbers_table(heading: &[&str], mut rows: Vec<Vec<String>>) -> String {
+    rows.insert(0, heading.iter().map(|&word| word.to_owned()).collect());
+    rows.iter_mut().for_each(|row| row[0] = format!("  {}", row[0]));
+    aligned(&rows, &(1..heading.len()).collect::<Vec<_>>())
 }
 
 /// One line a kind of ray and question, the finders side by side.
 fn ray_table(rows: &[Row]) -> String {
-    let heading =
-        ["  rays", "count", "hit", "packet", "by", "lanes used", "one ray", "scalar", "obvhs", "obvhs differs on"];
-    let mut lines = vec![heading.map(str::to_owned).to_vec()];
+    let mut lines = Vec::new();
     let rows: Vec<&Row> = rows.iter().filter(|row| row.hits.is_some()).collect();
     for finders in rows.chunk_by(|a, b| a.what == b.what) {
         let speed = |name: &str| number(finders.iter().find(|row| row.engine == name).and_then(|row| row.mrays_per_s));
         let [packet, .., obvhs] = finders else { continue };
         let hit = packet.hits.and_then(|hits| share(hits as u64, packet.items));
         lines.push(vec![
-            format!("  {}", packet.what),
-            packet.items.to_string(),
-            percent(hit),
+            packet.what.clone(),
+            count(packet.items),
+            per_cent(hit),
             speed("packet"),
             packet.walk.clone().unwrap_or_default(),
-            percent(packet.lanes_used),
+            per_cent(packet.lanes_used),
             speed("one ray"),
             speed("scalar"),
             speed("obvhs"),
-            format!("{} rays", obvhs.differ.unwrap_or(0)),
+            count(obvhs.differ.unwrap_or(0) as u64),
         ]);
     }
-    table(&lines)
+    let heading = ["rays", "count", "hit", "packet", "walked by", "in walks", "one ray", "scalar", "obvhs", "differs"];
+    numbers_table(&heading, lines)
 }
 
 fn render_table(rows: &[Row]) -> String {
-    let mut lines = vec![["  engine", "Mpaths/s", "Mrays/s", "lanes used"].map(str::to_owned).to_vec()];
-    for row in rows.iter().filter(|row| row.mpaths_per_s.is_some()) {
-        let engine = format!("  {}", row.engine);
-        lines.push(vec![engine, number(row.mpaths_per_s), number(row.mrays_per_s), percent(row.lanes_used)]);
-    }
-    table(&lines)
+    let rows = rows.iter().filter(|row| row.mpaths_per_s.is_some()).map(|row| {
+        vec![row.engine.to_owned(), number(row.mpaths_per_s), number(row.mrays_per_s), per_cent(row.lanes_used)]
+    });
+    numbers_table(&["engine", "Mpaths/s", "Mrays/s", "in stages"], rows.collect())
 }
 
 fn stage_table(rows: &[Row]) -> String {
-    let mut lines =
-        vec![["  stage", "ns/item", "items", "lanes used", "in the tree's packets"].map(str::to_owned).to_vec()];
-    for row in rows.iter().filter(|row| row.ns_per_item.is_some() && row.clock == "wall") {
-        let what = format!("  {}", row.what);
-        let lanes = [row.lanes_used, row.walk_lanes_used].map(percent);
-        lines.push([vec![what, number(row.ns_per_item), row.items.to_string()], lanes.to_vec()].concat());
-    }
-    table(&lines)
+    let stages = rows.iter().filter(|row| row.ns_per_item.is_some() && row.clock == "wall").map(|row| {
+        let [stages, walks] = [row.lanes_used, row.walk_lanes_used].map(per_cent);
+        vec![row.what.clone(), number(row.ns_per_item), count(row.items), stages, walks]
+    });
+    numbers_table(&["stage", "ns/item", "items", "in stages", "in walks"], stages.collect())
 }
 
 /// One line a way to sample, the engines side by side.
 fn twin_table(rows: &[Row], keep: impl Fn(&Row) -> bool) -> String {
-    let mut lines = vec![["  what", "packet ns", "scalar ns", "lanes used"].map(str::to_owned).to_vec()];
     let timed = |row: &&Row| row.ns_per_item.is_some() && row.clock == "cpu" && keep(row);
     let rows: Vec<&Row> = rows.iter().filter(timed).collect();
+    let mut lines = Vec::new();
     for engines in rows.chunk_by(|a, b| a.what == b.what) {
         let [packet, scalar] = engines else { continue };
-        let figures = [number(packet.ns_per_item), number(scalar.ns_per_item), percent(packet.lanes_used)];
-        lines.push([vec![format!("  {}", packet.what)], figures.to_vec()].concat());
+        let figures = [number(packet.ns_per_item), number(scalar.ns_per_item), per_cent(packet.lanes_used)];
+        lines.push([vec![packet.what.clone()], figures.to_vec()].concat());
     }
-    table(&lines)
+    numbers_table(&["what", "packet", "scalar", "useful"], lines)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tables_fit_a_hundred_columns() {
+        let finder = |engine| Row {
+            what: "bounce 1 closest".into(),
+            engine,
+            walk: Some("one ray, else one ray".into()),
+            mrays_per_s: Some(123.456),
+            lanes_used: Some(1.0),
+            items: 123_456_789,
+            hits: Some(123_456_789),
+            differ: Some(1_234_567),
+            ..Row::default()
+        };
+        let mut rows = ["packet", "one ray", "scalar", "obvhs"].map(finder).to_vec();
+        rows.push(Row {
+            what: "generate_camera_rays".into(),
+            ns_per_item: Some(12345.6),
+            clock: "wall",
+            items: 123_456_789,
+            walk_lanes_used: Some(0.5),
+            ..Row::default()
+        });
+        for table in [ray_table(&rows), stage_table(&rows)] {
+            assert!(table.lines().count() == 2 && table.lines().all(|line| line.len() <= MOST_COLUMNS), "{table}");
+        }
+        assert!(ray_table(&rows).contains(" 123  one ray, else one ray "), "{}", ray_table(&rows));
+    }
 }

@@ -7,12 +7,11 @@ use crate::error::{Error, Result};
 use crate::image::atomic;
 use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::findings::Finding;
-use crate::report::measure::experiment::{Case, Experiment, Measurements};
-use crate::report::measure::machine::Machine;
-use crate::report::measure::truth::Reference;
-use crate::report::write::figures;
+use crate::report::measure::experiment::Experiment;
+use crate::report::write::contents::Contents;
+use crate::report::write::figures::{Figure, figures};
 use crate::report::write::heatmap::Canvas;
-use crate::report::write::page::{Page, heat_scale};
+use crate::report::write::page::{self, heat_scale};
 use crate::report::write::plot::Layout;
 use crate::report::write::results::{Results, csv};
 use crate::report::write::words::Words;
@@ -43,8 +42,8 @@ impl Files {
     }
 
     /// Where the rendered reference of a case is kept.
-    pub fn reference(&self, case: &Case) -> PathBuf {
-        self.path(&format!("reference{}.exr", suffix(&case.light)))
+    pub fn reference(&self, experiment: &Experiment, case: usize) -> PathBuf {
+        self.path(&format!("reference{}.exr", suffix(experiment, case)))
     }
 
     /// Where an interrupted call keeps its runs.
@@ -67,49 +66,37 @@ impl Files {
     }
 
     /// Writes everything.
-    #[allow(clippy::too_many_arguments)] // what a report is made of
-    pub fn write(
-        &self,
-        experiment: &Experiment,
-        references: &[Reference],
-        measured: &Measurements,
-        findings: &[Finding],
-        shown: &[Shown],
-        command: &str,
-        finished: bool,
-    ) -> Result<()> {
-        let machine = Machine::here();
-        let page = Page { experiment, references, measured, findings, shown, machine: &machine, command, finished };
+    pub fn write(&self, contents: &Contents) -> Result<()> {
+        let &Contents { experiment, measured, findings, shown, .. } = contents;
         self.plots(experiment, findings)?;
-        self.pictures(experiment, shown)?;
-        let results = Results::new(experiment, references, measured, findings, shown, &machine, command, finished);
+        self.images(experiment, shown)?;
         self.text("converge.csv", &csv(experiment, measured))?;
-        write_json(&self.path("converge.json"), &results)?;
-        self.text("report.html", &page.html())
+        write_json(&self.path("converge.json"), &Results::new(contents))?;
+        self.text("report.html", &page::html(contents))
     }
 
-    /// Both plots of every case.
+    /// All plots of every case.
     fn plots(&self, experiment: &Experiment, findings: &[Finding]) -> Result<()> {
-        for (index, case) in experiment.cases.iter().enumerate() {
+        for index in 0..experiment.cases.len() {
             let words = Words { experiment, findings: of_case(findings, index).collect() };
-            let [by_seconds, by_samples] = figures::plots(&words, &case.light);
-            for (plot, against) in [(by_seconds, "seconds"), (by_samples, "samples")] {
-                let name = format!("error-against-{against}{}.svg", suffix(&case.light));
+            for Figure { plot, name } in figures(&words, &experiment.case_title(index)) {
+                let name = format!("{name}{}.svg", suffix(experiment, index));
                 self.text(&name, &plot.svg(Layout::FILE).into_string())?;
             }
         }
         Ok(())
     }
 
-    /// The pictures at equal time and their heatmaps.
-    fn pictures(&self, experiment: &Experiment, shown: &[Shown]) -> Result<()> {
-        for (index, case) in experiment.cases.iter().enumerate() {
+    /// The images at equal time and their heatmaps.
+    fn images(&self, experiment: &Experiment, shown: &[Shown]) -> Result<()> {
+        for index in 0..experiment.cases.len() {
             let of_case: Vec<&Shown> = shown.iter().filter(|shown| shown.case == index).collect();
             let scale = heat_scale(&of_case);
             for shown in of_case {
-                let name = file_name(&experiment.label(shown.configuration).replace(' ', "-")) + &suffix(&case.light);
-                shown.film.save(self.path(&format!("{name}.png")))?;
-                let heatmap = Canvas::with_legend(&shown.errors, shown.film.width, scale);
+                let name =
+                    file_name(&experiment.label(shown.configuration).replace(' ', "-")) + &suffix(experiment, index);
+                shown.image.save_png(self.path(&format!("{name}.png")), experiment.exposure)?;
+                let heatmap = Canvas::with_legend(&shown.errors, shown.image.width, scale);
                 heatmap.save(&self.path(&format!("{name}-error.png")))?;
             }
         }
@@ -117,9 +104,13 @@ impl Files {
     }
 }
 
-/// What tells the files of a case from those of the whole scene.
-fn suffix(light: &str) -> String {
-    if light == "all" { String::new() } else { format!("-{}", file_name(light)) }
+/// What tells the files of a case from those of others: the scene where there are several, the light where it is not all.
+fn suffix(experiment: &Experiment, case: usize) -> String {
+    let of = &experiment.cases[case];
+    let several = experiment.cases.iter().any(|other| other.scene_name != of.scene_name);
+    let scene = several.then_some(of.scene_name.as_str());
+    let light = (!of.is_whole()).then_some(of.light.as_str());
+    scene.into_iter().chain(light).map(|part| format!("-{}", file_name(part))).collect()
 }
 
 /// A name that every file system takes.

@@ -1,48 +1,80 @@
-//! What `converge` says: a bar while it runs, a table at the end.
+//! What `converge` says: a bar while it runs (lines now and then where there is no terminal), a table at the end.
 
 use crate::cli::converge::of_case;
 use crate::cli::output::table;
 use crate::report::analysis::findings::Finding;
 use crate::report::measure::experiment::Experiment;
 use crate::report::measure::reference::PARTS;
-use crate::report::write::words::{significant, tag};
+use crate::report::write::numbers::{percent, significant};
+use crate::report::write::words::{last_error, tag};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::IsTerminal;
+use std::cell::Cell;
+use std::io::{IsTerminal, Write};
 use std::path::Path;
+use std::time::{Duration, Instant};
 
-/// The progress bar, on standard error and only where that is a terminal.
+/// Seconds to the first line off a terminal, and between two.
+const FIRST_LINE: Duration = Duration::from_secs(10);
+const BETWEEN_LINES: Duration = Duration::from_secs(30);
+
+/// How far a call has come, on standard error: a bar on a terminal, else a line every half minute.
 pub struct Progress {
     bar: ProgressBar,
+    lines: bool,
+    start: Instant,
+    next_line: Cell<Instant>,
 }
 
 impl Progress {
-    /// A bar; hidden if `quiet`.
+    /// A bar or lines; neither if `quiet`.
     pub fn new(quiet: bool) -> Progress {
-        let hidden = quiet || !std::io::stderr().is_terminal();
-        let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
+        let terminal = std::io::stderr().is_terminal();
+        let target =
+            if quiet || !terminal { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
         let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
-        if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos} of {len}  {elapsed} (left: {eta})  {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg}, {elapsed} (left: {eta})") {
             bar.set_style(style);
         }
         bar.set_message("reference");
-        Progress { bar }
+        let start = Instant::now();
+        Progress { bar, lines: !quiet && !terminal, start, next_line: Cell::new(start + FIRST_LINE) }
     }
 
     /// So many parts of the reference of a case are done.
-    pub fn reference(&self, parts: u32, light: &str) {
-        self.bar.set_position(parts as u64);
-        self.bar.set_message(format!("parts of the reference (light: {light})"));
+    pub fn reference(&self, parts: u32, title: &str) {
+        let message = if title.is_empty() {
+            "parts of the reference".to_owned()
+        } else {
+            format!("parts of the reference ({title})")
+        };
+        self.step(parts as u64, PARTS as u64, message);
     }
 
     /// So many runs are done.
     pub fn run(&self, done: usize, experiment: &Experiment) {
-        let all = experiment.run_count() as u64;
+        let asked = experiment.run_count();
+        match (done > asked, experiment.reach) {
+            (true, Some(error)) => {
+                let beyond = format!("runs, {} of them to reach an error of {}", done - asked, percent(error));
+                self.step(done as u64, done as u64, beyond);
+            }
+            _ => self.step(done as u64, asked as u64, "runs".to_owned()),
+        }
+    }
+
+    fn step(&self, position: u64, all: u64, message: String) {
         if self.bar.length() != Some(all) {
             self.bar.reset();
             self.bar.set_length(all);
-            self.bar.set_message("runs");
         }
-        self.bar.set_position(done as u64);
+        self.bar.set_position(position);
+        if self.lines && Instant::now() >= self.next_line.get() {
+            let seconds = self.start.elapsed().as_secs();
+            let _ =
+                writeln!(std::io::stderr(), "{:>3}:{:02}  {position} of {all} {message}", seconds / 60, seconds % 60);
+            self.next_line.set(Instant::now() + BETWEEN_LINES);
+        }
+        self.bar.set_message(message);
     }
 
     /// What is going on now.
@@ -59,33 +91,37 @@ impl Progress {
 /// One row a configuration.
 pub fn summary(experiment: &Experiment, findings: &[Finding], out: &Path) -> String {
     let mut text = String::new();
-    for (index, case) in experiment.cases.iter().enumerate() {
+    for index in 0..experiment.cases.len() {
         if experiment.cases.len() > 1 {
-            text += &format!("light: {}\n", case.light);
+            text += &format!("{}\n", experiment.case_title(index));
         }
         let best = of_case(findings, index).filter_map(|finding| finding.efficiency).fold(0.0, f64::max);
-        let head = ["", "spp", "CPU s", "error", "efficiency", "of the best", "slope of MSE", "bias z"];
+        let head = ["", "spp", "CPU s", "error", "efficiency", "of best", "slope (95 %)", "bias z"];
         let mut rows = vec![head.map(str::to_owned).to_vec()];
         for finding in of_case(findings, index) {
             let Some(last) = finding.points.last() else { continue };
-            let percent = |share: f64| format!("{} %", significant(100.0 * share, 3));
             let dash = || "-".to_owned();
-            let slope = finding.mse_by_samples.map_or_else(dash, |fit| match fit.slope_interval {
-                Some(interval) => format!("{:.3} ({:.3} to {:.3})", fit.law.slope, interval.low, interval.high),
-                None => format!("{:.3}", fit.law.slope),
+            let slope = finding.relmse_by_samples.map_or_else(dash, |fit| match fit.slope_interval {
+                Some(interval) => {
+                    format!("{:.2} ({:.2} to {:.2})", fit.law.slope / 2.0, interval.low / 2.0, interval.high / 2.0)
+                }
+                None => format!("{:.2}", fit.law.slope / 2.0),
             });
             rows.push(vec![
                 experiment.label(finding.configuration),
-                format!("{:.0}", last.spp),
-                format!("{:.3}", last.cpu_seconds),
-                percent(last.relmse.max(0.0).sqrt()),
-                finding.efficiency.map_or_else(dash, |efficiency| format!("{efficiency:.3}")),
+                if last.spp > 0.0 { format!("{:.0}", last.spp) } else { dash() },
+                significant(last.cpu_seconds, 3),
+                percent(last_error(finding)),
+                finding.efficiency.map_or_else(dash, |efficiency| significant(efficiency, 3)),
                 finding.efficiency.map_or_else(dash, |efficiency| percent(efficiency / best)),
-                slope,
+                if finding.biased { dash() } else { slope },
                 format!("{:.1} {}", finding.bias_z, tag(finding).unwrap_or_default()),
             ]);
         }
         text += &table(&rows);
     }
-    text + &format!("{}\n", out.join("report.html").display())
+    text + &format!(
+        "error: the root of relMSE at the largest budget; slope: that of the error by samples (-0.5: independent samples)\n{}\n",
+        out.join("report.html").display()
+    )
 }

@@ -9,14 +9,14 @@ use crate::cli::diff::explain;
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::Image;
-use crate::report::measure::experiment::{Budget, Case, Configuration, Experiment};
+use crate::report::measure::experiment::{ALL_LIGHTS, Budget, Case, Configuration, Experiment};
 use crate::report::measure::metrics;
 use crate::report::measure::run_error::Region;
 use crate::report::measure::truth::{Reference, Source};
 use crate::scene::SceneDesc;
 use crate::settings::{Crop, Settings};
 use crate::setup::frame::Frame;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// `[NAME=]X,Y,W,H`.
 pub fn region(text: &str) -> std::result::Result<(String, Crop), String> {
@@ -27,22 +27,25 @@ pub fn region(text: &str) -> std::result::Result<(String, Crop), String> {
     }
 }
 
-/// Loads the scene and lays out what is to be run.
+/// Loads the scenes and lays out what is to be run.
 pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
-    let scene = Scene::load(&args.scene)?;
-    scene.desc.warnings.iter().for_each(|warning| warn(warning));
-    let of_scene = scene.settings();
+    let scenes: Vec<Scene> = args.scenes.iter().map(Scene::load).collect::<Result<_>>()?;
+    let names = scene_names(&args.scenes);
+    let of_scenes = shared_settings(&scenes);
     let settings = Settings {
         width: Some(args.width),
         height: Some(args.height),
-        max_depth: args.max_depth.or(of_scene.max_depth),
-        rr_depth: args.rr_depth.map_or(of_scene.rr_depth, |RrDepth(depth)| depth),
         seed: args.seed,
         threads: args.threads.unwrap_or(0) as usize,
-        ..of_scene
+        ..of_scenes
     };
-    let film = Frame::new(&settings, scene.desc.film)?.film;
-    camera::warnings(&scene.desc.camera, film.1).iter().for_each(|warning| warn(warning));
+    let mut cases = Vec::new();
+    for (scene, name) in scenes.iter().zip(&names) {
+        scene.desc.warnings.iter().for_each(|warning| warn(warning));
+        let film = Frame::new(&settings, scene.desc.film)?.film;
+        camera::warnings(&scene.desc.camera, film.1).iter().for_each(|warning| warn(warning));
+        cases.extend(cases_of(scene, name, args)?);
+    }
     let mut configurations = Vec::new();
     for &engine in args.engine.as_ref().map_or(&[settings.engine][..], |list| &list.0) {
         for &sampler in args.sampler.as_ref().map_or(&[settings.sampler][..], |list| &list.0) {
@@ -52,9 +55,65 @@ pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
             }
         }
     }
+    let film = (args.width, args.height);
     let regions = args.region.iter().map(|(name, area)| checked_region(name, *area, film)).collect::<Result<_>>()?;
-    let cases = cases(&scene, &args.only_light)?;
-    Ok(Experiment { cases, configurations, budgets: budgets(args), repeats: args.repeats, settings, regions })
+    Ok(Experiment {
+        cases,
+        configurations,
+        others: Vec::new(),
+        others_runs: Vec::new(),
+        others_images: Vec::new(),
+        budgets: budgets(args),
+        repeats: args.repeats,
+        reach: args.reach,
+        settings,
+        regions,
+        exposure: args.exposure,
+    })
+}
+
+/// What scenes are called: their files' stems, numbered where two are alike.
+fn scene_names(paths: &[PathBuf]) -> Vec<String> {
+    let stem = |path: &PathBuf| match path.to_str().filter(|text| text.starts_with(BUILTIN)) {
+        // `builtin:heavy:20000` has no directory and no extension.
+        Some(text) => text[BUILTIN.len()..].replace(':', "-"),
+        None => path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned()),
+    };
+    let mut names: Vec<String> = Vec::new();
+    for path in paths {
+        let first = stem(path);
+        let mut name = first.clone();
+        let mut number = 2;
+        while names.contains(&name) {
+            name = format!("{first}-{number}");
+            number += 1;
+        }
+        names.push(name);
+    }
+    names
+}
+
+const BUILTIN: &str = "builtin:";
+
+/// The settings of the scenes where all agree, else the defaults: what is compared over scenes has to be one thing.
+fn shared_settings(scenes: &[Scene]) -> Settings {
+    let all: Vec<Settings> = scenes.iter().map(Scene::settings).collect();
+    let first = all[0].clone();
+    let default = Settings::default();
+    let agree = |same: fn(&Settings, &Settings) -> bool| all.iter().all(|other| same(&first, other));
+    let (lights, sampler) = (agree(|a, b| a.lights == b.lights), agree(|a, b| a.sampler == b.sampler));
+    for (alike, what, taken) in
+        [(lights, "light selection", default.lights.name()), (sampler, "sampler", default.sampler.name())]
+    {
+        if !alike {
+            warn(&format!("the scenes' files name different defaults of the {what}: all are measured with {taken}"));
+        }
+    }
+    Settings {
+        lights: if lights { first.lights } else { default.lights },
+        sampler: if sampler { first.sampler } else { default.sampler },
+        ..first
+    }
 }
 
 /// Ascending, each once.
@@ -88,23 +147,21 @@ fn lights(desc: &SceneDesc) -> Vec<String> {
 }
 
 const ENVIRONMENT: &str = "environment";
-const ALL: &str = "all";
 const EACH: &str = "each";
 
-/// The scenes that `--only-light` asks for.
-fn cases(scene: &Scene, asked: &[String]) -> Result<Vec<Case>> {
+/// The cases of one scene that `--only-light` asks for.
+fn cases_of(scene: &Scene, name: &str, args: &ConvergeArgs) -> Result<Vec<Case>> {
     let known = lights(&scene.desc);
     let mut names = Vec::new();
-    let default = [ALL.to_owned()];
-    for name in if asked.is_empty() { &default } else { asked } {
-        match name.as_str() {
-            EACH => names.extend(std::iter::once(ALL.to_owned()).chain(known.iter().cloned())),
-            ALL => names.push(ALL.to_owned()),
-            name if known.iter().any(|light| light == name) => names.push(name.to_owned()),
+    let default = [ALL_LIGHTS.to_owned()];
+    for light in if args.only_light.is_empty() { &default[..] } else { &args.only_light } {
+        match light.as_str() {
+            EACH => names.extend(std::iter::once(ALL_LIGHTS.to_owned()).chain(known.iter().cloned())),
+            light if light == ALL_LIGHTS || known.iter().any(|known| known == light) => names.push(light.to_owned()),
             _ => {
                 let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
                 return Err(Error::Usage(format!(
-                    "--only-light {name}: no material of that name shines in {}; its lights: {known} (or `all`, `each`)",
+                    "--only-light {light}: no material of that name shines in {}; its lights: {known} (or `all`, `each`)",
                     scene.desc.name
                 )));
             }
@@ -117,12 +174,13 @@ fn cases(scene: &Scene, asked: &[String]) -> Result<Vec<Case>> {
             true
         }
     });
-    names.into_iter().map(|name| case(scene, name)).collect()
+    names.into_iter().map(|light| case(scene, name, light, args)).collect()
 }
 
-fn case(scene: &Scene, light: String) -> Result<Case> {
+fn case(scene: &Scene, name: &str, light: String, args: &ConvergeArgs) -> Result<Case> {
     let mut only = scene.clone();
-    if light != ALL {
+    let whole = light == ALL_LIGHTS;
+    if !whole {
         for material in only.desc.materials.iter_mut().filter(|material| material.name != light) {
             material.emission = [0.0; 3];
             material.emission_texture = None;
@@ -132,10 +190,18 @@ fn case(scene: &Scene, light: String) -> Result<Case> {
         }
     }
     let prepared = only.prepare()?;
-    if light == ALL {
+    if whole {
         prepared.warnings.iter().for_each(|warning| warn(warning));
     }
-    Ok(Case { light, desc: only.desc, scene: prepared })
+    let of_scene = scene.settings();
+    Ok(Case {
+        scene_name: name.to_owned(),
+        light,
+        desc: only.desc,
+        scene: prepared,
+        max_depth: args.max_depth.or(of_scene.max_depth),
+        rr_depth: args.rr_depth.map_or(of_scene.rr_depth, |RrDepth(depth)| depth),
+    })
 }
 
 /// How a reference is rendered: by the strategy that loses least anywhere, in the fast engine.
@@ -145,18 +211,35 @@ pub fn reference_configuration(experiment: &Experiment) -> Configuration {
     Configuration { strategy, lights, sampler, engine }
 }
 
-/// `--reference FILE`.
-pub fn reference_from_file(path: &Path, experiment: &Experiment) -> Result<Reference> {
-    if experiment.cases.len() > 1 {
-        let message = "--reference shows one scene; with several --only-light leave it out or measure one at a time";
-        return Err(Error::Usage(message.into()));
+/// `--reference FILE`, once for every case, in their order; `None` where none is given.
+pub fn references_from_files(paths: &[PathBuf], experiment: &Experiment) -> Result<Option<Vec<Reference>>> {
+    if paths.is_empty() {
+        return Ok(None);
     }
+    if paths.len() != experiment.cases.len() {
+        let cases: Vec<String> = (0..experiment.cases.len()).map(|case| experiment.case_title(case)).collect();
+        return Err(Error::Usage(format!(
+            "--reference: {} for {} cases; name one for each, in this order: {}",
+            paths.len(),
+            cases.len(),
+            cases.join("; ")
+        )));
+    }
+    paths.iter().map(|path| reference_from_file(path, experiment)).collect::<Result<_>>().map(Some)
+}
+
+fn reference_from_file(path: &Path, experiment: &Experiment) -> Result<Reference> {
+    let image = whole_image(path, "--reference", experiment)?;
+    Ok(Reference { image, source: Source::File { path: path.display().to_string() } })
+}
+
+/// An image of the whole film that `flag` names.
+pub fn whole_image(path: &Path, flag: &str, experiment: &Experiment) -> Result<Image> {
     let image = Image::read(path)?;
     let (width, height) = experiment.film();
     if (image.width, image.height) != (width, height) {
         return Err(Error::Usage(format!(
-            "--reference {}: it has {} x {} pixels and the film {width} x {height}; give --width {} --height {} or another \
-             reference",
+            "{flag} {}: it has {} x {} pixels and the film {width} x {height}; give --width {} --height {} or another image",
             path.display(),
             image.width,
             image.height,
@@ -166,12 +249,12 @@ pub fn reference_from_file(path: &Path, experiment: &Experiment) -> Result<Refer
     }
     if image.windows.is_some() {
         return Err(Error::Usage(format!(
-            "--reference {}: it is a crop, or its pixels lie elsewhere than in the film; render the whole film",
+            "{flag} {}: it is a crop, or its pixels lie elsewhere than in the film; render the whole film",
             path.display()
         )));
     }
     metrics::check(&image, &image).map_err(|fault| explain(fault, path, path))?;
-    Ok(Reference { image, source: Source::File { path: path.display().to_string() } })
+    Ok(image)
 }
 
 /// What was typed, as a shell takes it.
@@ -202,13 +285,31 @@ mod tests {
     }
 
     #[test]
+    fn scenes_are_called_by_their_files_and_never_alike() {
+        let paths = ["a/room.toml", "b/room.toml", "builtin:heavy:20000", "room.obj", "x"].map(PathBuf::from);
+        assert_eq!(scene_names(&paths), ["room", "room-2", "heavy-20000", "room-3", "x"]);
+    }
+
+    #[test]
     fn every_light_of_a_scene_by_itself() {
-        let scene = Scene::load(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/lecture_lights.toml")).unwrap();
-        let found = cases(&scene, &["each".into(), "blue".into()]).unwrap();
+        use clap::Parser;
+        #[derive(Parser)]
+        struct Flags {
+            #[command(flatten)]
+            converge: ConvergeArgs,
+        }
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/lecture_lights.toml");
+        let scene = Scene::load(path).unwrap();
+        let cases = |lights: &[&str]| {
+            let only = lights.iter().flat_map(|light| ["--only-light", light]);
+            let flags = Flags::parse_from(["x", path, "--out", "x"].into_iter().chain(only)).converge;
+            cases_of(&scene, "lecture_lights", &flags)
+        };
+        let found = cases(&["each", "blue"]).unwrap();
         assert_eq!(found.iter().map(|case| case.light.as_str()).collect::<Vec<_>>(), ["all", "blue", "grey"]);
         let shining = |case: &Case| case.desc.materials.iter().filter(|m| m.emission != [0.0; 3]).count();
         assert_eq!(found.iter().map(shining).collect::<Vec<_>>(), [2, 1, 1]);
-        let error = cases(&scene, &["red".into()]).err().unwrap().to_string();
+        let error = cases(&["red"]).err().unwrap().to_string();
         assert!(error.contains("its lights: blue, grey"), "{error}");
     }
 }

@@ -7,3 +7,4 @@ pub mod bias;
 pub mod equal_time;
 pub mod findings;
 pub mod statistics;
+pub mod summary;

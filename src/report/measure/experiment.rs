@@ -1,7 +1,8 @@
 //! Many renders of one scene, measured: what is varied, in which order, what is written down of each.
 //!
-//! Runs are interleaved (for repeat, for budget, for scene, for configuration), so that a slow moment of the machine hits
-//! all alike. No two runs of one configuration share a random number: every (repeat, budget) has a seed of its own.
+//! Runs are interleaved (for repeat, for budget, for case, for configuration), so that a slow moment of the machine hits
+//! all alike. No two runs of one configuration share a random number: every (repeat, budget) has a seed of its own. Which run
+//! comes next is a function of the runs made so far, so an interrupted experiment goes on as if it had not been.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,10 +16,11 @@ use crate::fingerprint::Fingerprint;
 use crate::image::Image;
 use crate::render::render_with;
 use crate::report::measure::run_error::{Measured, Pool, Region, measure};
+use crate::report::measure::spectrum::{Spectrum, error_image, error_spectrum};
 use crate::report::measure::truth::Reference;
 use crate::scene::SceneDesc;
 use crate::settings::{Engine, Lights, Sampler, Settings};
-use crate::stats::Stats;
+use crate::stats::{StageStats, Stats};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
 
@@ -44,30 +46,56 @@ pub enum Budget {
     Time(Duration),
 }
 
-/// A scene as it is measured: whole, or with the light of one material only.
+/// What is measured by itself: a scene, whole or with the light of one material only.
 pub struct Case {
-    /// The material whose light is left; `all` for the scene as it is.
+    /// What to call the scene: short, and no two of an experiment alike.
+    pub scene_name: String,
+    /// The material whose light is left; [`ALL_LIGHTS`] for the scene as it is.
     pub light: String,
     /// What the scene says.
     pub desc: SceneDesc,
     /// Its tables.
     pub scene: PreparedScene,
+    /// Most scattering events of a path; `None`: unbounded.
+    pub max_depth: Option<u32>,
+    /// First depth at which Russian roulette may end a path; `None`: off.
+    pub rr_depth: Option<u32>,
+}
+
+/// The light of a case that is the whole scene.
+pub const ALL_LIGHTS: &str = "all";
+
+impl Case {
+    /// The scene as it is, with all its lights.
+    pub fn is_whole(&self) -> bool {
+        self.light == ALL_LIGHTS
+    }
 }
 
 /// Everything that is to be run.
 pub struct Experiment {
-    /// The scenes, at least one.
+    /// The cases, at least one.
     pub cases: Vec<Case>,
     /// The ways to render, at least one.
     pub configurations: Vec<Configuration>,
+    /// Names of other renderers, whose runs are in `others_runs`. They count as configurations behind ours.
+    pub others: Vec<String>,
+    /// What other renderers made, measured.
+    pub others_runs: Vec<Run>,
+    /// The pictures of `others_runs`.
+    pub others_images: Vec<Image>,
     /// The budgets, ascending, at least one.
     pub budgets: Vec<Budget>,
     /// Independent runs of each.
     pub repeats: u32,
-    /// What all runs share: film, depths, threads; `seed` is the first of the runs' seeds.
+    /// The relative error (root of relMSE) that exact strategies are run to, whatever it takes.
+    pub reach: Option<f64>,
+    /// What all runs share: film, threads; `seed` is the first of the runs' seeds.
     pub settings: Settings,
     /// Parts of the film whose error is measured by itself.
     pub regions: Vec<Region>,
+    /// Stops of exposure at which pictures are shown, and compared as they are seen (PSNR, FLIP).
+    pub exposure: f64,
 }
 
 /// One render and its error.
@@ -96,8 +124,12 @@ pub struct Run {
     pub rays: [u64; 3],
     /// Share of SIMD lanes that held work, over all stages; `null` for the scalar engine.
     pub lanes_used: Option<f64>,
+    /// Share of SIMD lanes that held a live ray in the tree's packets; `null` where none were used.
+    pub walk_lanes_used: Option<f64>,
     /// Samples that were not finite, and paths cut at the depth guard.
     pub faults: u64,
+    /// The power spectrum of its error.
+    pub spectrum: Spectrum,
 }
 
 /// What has been measured so far.
@@ -108,21 +140,55 @@ pub struct Measurements {
     pub pools: Vec<Vec<Pool>>,
 }
 
-const MAGIC: &str = "octray unfinished converge, version 1";
+const MAGIC: &str = "octray unfinished converge, version 2";
 /// The seeds of runs start here above `--seed`, those of references half the range away.
 const FIRST_RUN: u32 = 1;
+/// Seeds of the runs that reach for an error lie this far from the others'.
+const REACHING_SEEDS: u32 = 1 << 30;
 /// Seeds of the reference's parts lie this far from the runs'.
 pub const REFERENCE_SEEDS: u32 = 1 << 31;
+/// Independent runs of a budget that reaches for an error.
+const REACHING_REPEATS: u32 = 2;
+/// The most by which samples grow in one step towards an error: the law of few samples does not lead far.
+const REACHING_GROWTH: f64 = 32.0;
+/// What the samples foreseen for an error are multiplied by, so that one step mostly does.
+const REACHING_MARGIN: f64 = 1.1;
 
 impl Experiment {
-    /// How many runs there are.
+    /// How many runs the budgets ask for; those that reach for an error come on top.
     pub fn run_count(&self) -> usize {
         self.repeats as usize * self.budgets.len() * self.cases.len() * self.configurations.len()
     }
 
+    /// How many configurations findings may have: ours and the other renderers.
+    pub fn entries(&self) -> usize {
+        self.configurations.len() + self.others.len()
+    }
+
+    /// The strategy of a configuration; `None` for another renderer's.
+    pub fn strategy(&self, configuration: usize) -> Option<Strategy> {
+        self.configurations.get(configuration).map(|of| of.strategy)
+    }
+
+    /// What to call a case: the scene, the light, or both, as far as they are varied; empty where neither is.
+    pub fn case_title(&self, case: usize) -> String {
+        let of = &self.cases[case];
+        let scenes = self.cases.iter().any(|other| other.scene_name != of.scene_name);
+        let lights = self.cases.iter().any(|other| !other.is_whole());
+        let light = if of.is_whole() { "all lights".to_owned() } else { format!("only {}", of.light) };
+        match (scenes, lights) {
+            (true, true) => format!("{}, {light}", of.scene_name),
+            (true, false) => of.scene_name.clone(),
+            (false, true) => light,
+            (false, false) => String::new(),
+        }
+    }
+
     /// What to call a configuration: its strategy, and what else is varied.
     pub fn label(&self, configuration: usize) -> String {
-        let of = self.configurations[configuration];
+        let Some(&of) = self.configurations.get(configuration) else {
+            return self.others.get(configuration - self.configurations.len()).cloned().unwrap_or_default();
+        };
         let first = self.configurations[0];
         let mut parts = vec![of.strategy.name()];
         let varied = |differs: fn(&Configuration, &Configuration) -> bool| {
@@ -153,7 +219,8 @@ impl Experiment {
         let mut truth = Fingerprint::default();
         references.iter().for_each(|reference| truth.bytes(bytemuck::cast_slice(&reference.image.pixels)));
         let version = env!("CARGO_PKG_VERSION");
-        let varied = (&self.configurations, &self.budgets, &self.settings, &self.regions);
+        let depths: Vec<_> = self.cases.iter().map(|case| (case.max_depth, case.rr_depth)).collect();
+        let varied = (&self.configurations, &self.budgets, &self.settings, &self.regions, depths);
         format!("{version} {scenes:?} {:016x} {varied:?}", truth.value())
     }
 
@@ -172,7 +239,7 @@ impl Experiment {
         let (key, runs) = header;
         let each = Pool::count_of_numbers(self.pixels());
         let (cases, configurations) = (self.cases.len(), self.configurations.len());
-        if key != self.key(references) || runs.len() > self.run_count() {
+        if key != self.key(references) {
             return None;
         }
         let pools: Vec<Pool> = numbers.chunks(each).map(Pool::from_numbers).collect();
@@ -190,13 +257,14 @@ impl Experiment {
     }
 
     /// The settings of one configuration with one budget.
-    pub fn settings_of(&self, configuration: Configuration, budget: Budget, seed: u32) -> Settings {
+    pub fn settings_of(&self, case: &Case, configuration: Configuration, budget: Budget, seed: u32) -> Settings {
         let Configuration { strategy, lights, sampler, engine } = configuration;
+        let Case { max_depth, rr_depth, .. } = *case;
         let (spp, time) = match budget {
             Budget::Spp(spp) => (spp, None),
             Budget::Time(time) => (u32::MAX, Some(time)),
         };
-        Settings { strategy, lights, sampler, engine, spp, time, seed, ..self.settings.clone() }
+        Settings { strategy, lights, sampler, engine, spp, time, seed, max_depth, rr_depth, ..self.settings.clone() }
     }
 
     /// Runs what `done` lacks, in order; false if `stop` ended it early. `told` hears of every finished run.
@@ -205,68 +273,106 @@ impl Experiment {
         references: &[Reference],
         done: &mut Measurements,
         stop: &AtomicBool,
-        told: &dyn Fn(usize),
+        told: &mut dyn FnMut(&Measurements),
     ) -> bool {
-        let mut number = 0;
-        for repeat in 0..self.repeats {
-            for (budget_index, &budget) in self.budgets.iter().enumerate() {
-                let seed = FIRST_RUN + repeat * self.budgets.len() as u32 + budget_index as u32;
-                let seed = self.settings.seed.wrapping_add(seed);
-                for (case, reference) in references.iter().enumerate() {
-                    for configuration in 0..self.configurations.len() {
-                        number += 1;
-                        if number <= done.runs.len() {
-                            continue;
-                        }
-                        let place = Place { case, configuration, budget: budget_index, repeat, seed };
-                        let Some(run) = self.run_one(place, budget, reference, done, stop) else { return false };
-                        done.runs.push(run);
-                        told(done.runs.len());
-                    }
-                }
+        while let Some(place) = self.next(&done.runs) {
+            let case = &self.cases[place.case];
+            let settings = self.settings_of(case, self.configurations[place.configuration], place.budget, place.seed);
+            let go_on = |_| !stop.load(Ordering::Relaxed);
+            let render = render_with(&case.scene, &settings, &go_on);
+            if stop.load(Ordering::Relaxed) {
+                return false;
             }
+            let image = render.film.to_image();
+            done.pools[place.case][place.configuration].add(&image, place.repeat, render.film.spp);
+            done.runs.push(place.run(&image, render.film.spp, &render.stats, &references[place.case], &self.regions));
+            told(done);
         }
         true
     }
 
-    /// One run; `None` if `stop` was set meanwhile.
-    fn run_one(
-        &self,
-        place: Place,
-        budget: Budget,
-        reference: &Reference,
-        done: &mut Measurements,
-        stop: &AtomicBool,
-    ) -> Option<Run> {
-        let settings = self.settings_of(self.configurations[place.configuration], budget, place.seed);
-        let go_on = |_| !stop.load(Ordering::Relaxed);
-        let render = render_with(&self.cases[place.case].scene, &settings, &go_on);
-        if stop.load(Ordering::Relaxed) {
-            return None;
+    /// The run that comes after `runs`; `None` if all are made.
+    fn next(&self, runs: &[Run]) -> Option<Place> {
+        let (number, configurations, cases) = (runs.len(), self.configurations.len(), self.cases.len());
+        if number >= self.run_count() {
+            return self.next_to_reach(runs);
         }
-        let image = render.film.to_image();
-        done.pools[place.case][place.configuration].add(&image, render.film.spp);
-        Some(place.run(&image, render.film.spp, &render.stats, reference, &self.regions))
+        let (configuration, round) = (number % configurations, number / configurations);
+        let (case, round) = (round % cases, round / cases);
+        let (budget_index, repeat) = (round % self.budgets.len(), (round / self.budgets.len()) as u32);
+        let seed = self.settings.seed.wrapping_add(FIRST_RUN + round as u32);
+        Some(Place { case, configuration, budget_index, budget: self.budgets[budget_index], repeat, seed })
+    }
+
+    /// The next run of a configuration whose error is above [`Experiment::reach`]: its last budget again, until that has its
+    /// repeats, or a larger one.
+    fn next_to_reach(&self, runs: &[Run]) -> Option<Place> {
+        let target = self.reach?;
+        for case in 0..self.cases.len() {
+            for (configuration, of) in self.configurations.iter().enumerate() {
+                if of.strategy.is_biased() {
+                    continue;
+                }
+                let own: Vec<&Run> =
+                    runs.iter().filter(|run| (run.case, run.configuration) == (case, configuration)).collect();
+                let Some(last) = own.iter().map(|run| run.budget).max() else { continue };
+                let group: Vec<&&Run> = own.iter().filter(|run| run.budget == last).collect();
+                let step = (last + 1).saturating_sub(self.budgets.len()) as u32;
+                let place = |budget_index: usize, spp: u32, repeat: u32| {
+                    let step = (budget_index + 1 - self.budgets.len()) as u32;
+                    let seed = self.settings.seed.wrapping_add(REACHING_SEEDS + step * REACHING_REPEATS + repeat);
+                    Some(Place { case, configuration, budget_index, budget: Budget::Spp(spp), repeat, seed })
+                };
+                let spp = group.iter().map(|run| run.spp).max().unwrap_or(1);
+                if step > 0 && (group.len() as u32) < REACHING_REPEATS {
+                    return place(last, spp, group.len() as u32);
+                }
+                let relmse = group.iter().map(|run| run.error.relmse).sum::<f64>() / group.len() as f64;
+                let growth = REACHING_MARGIN * relmse / (target * target);
+                if growth > REACHING_MARGIN {
+                    return place(last + 1, more_samples(spp, growth)?, 0);
+                }
+            }
+        }
+        None
     }
 }
 
+/// `spp` grown by `growth`, at least doubled, to four times a whole number; `None` beyond what a render can have.
+fn more_samples(spp: u32, growth: f64) -> Option<u32> {
+    let wanted = spp as f64 * growth.clamp(2.0, REACHING_GROWTH);
+    let whole = (wanted / 4.0).ceil() * 4.0;
+    (whole < f64::from(u32::MAX)).then_some(whole as u32)
+}
+
+/// Rings of a run's spectrum.
+const RINGS: usize = 12;
+
+/// The power spectrum of the error of `image`.
+pub fn spectrum_of(image: &Image, reference: &Image) -> Spectrum {
+    let (width, height) = (image.width as usize, image.height as usize);
+    error_spectrum(&error_image(image, reference), width, height, RINGS)
+}
+
 /// Which run of an experiment.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Place {
     case: usize,
     configuration: usize,
-    budget: usize,
+    budget_index: usize,
+    budget: Budget,
     repeat: u32,
     seed: u32,
 }
 
 impl Place {
     fn run(&self, image: &Image, spp: u32, stats: &Stats, reference: &Reference, regions: &[Region]) -> Run {
-        let lanes = |lanes: fn(&crate::stats::StageStats) -> u64| stats.stages.iter().map(lanes).sum::<u64>();
-        let possible = lanes(|stage| stage.lanes_possible);
+        let sum = |lanes: fn(&StageStats) -> u64| stats.stages.iter().map(lanes).sum::<u64>();
+        let share = |used: u64, possible: u64| (possible > 0).then(|| used as f64 / possible as f64);
         Run {
             case: self.case,
             configuration: self.configuration,
-            budget: self.budget,
+            budget: self.budget_index,
             repeat: self.repeat,
             seed: self.seed,
             spp,
@@ -274,8 +380,13 @@ impl Place {
             cpu_seconds: stats.cpu_s,
             error: measure(image, &reference.image, regions),
             rays: [stats.rays.camera, stats.rays.bounce, stats.rays.shadow],
-            lanes_used: (possible > 0).then(|| lanes(|stage| stage.lanes_used) as f64 / possible as f64),
+            lanes_used: share(sum(|stage| stage.lanes_used), sum(|stage| stage.lanes_possible)),
+            walk_lanes_used: share(
+                sum(|stage| stage.walk_lanes_used.unwrap_or(0)),
+                sum(|stage| stage.walk_lanes_possible.unwrap_or(0)),
+            ),
             faults: stats.nonfinite + stats.guarded,
+            spectrum: spectrum_of(image, &reference.image),
         }
     }
 }

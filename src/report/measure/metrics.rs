@@ -6,6 +6,10 @@
 //! - `relmse`: mean of (a - b)^2 / (b^2 + 0.01): the error relative to what is there, held finite where that is black. Its
 //!   root reads as a relative error: a relMSE of 0.0025 is 5 %.
 //! - `mape`: mean of |a - b| / (|b| + 0.01).
+//! - `psnr`: the peak signal-to-noise ratio of the display images in dB, -10 log10 of the mean of (a' - b')^2 over pixels and
+//!   channels, where a' is radiance times 2^exposure, cut to [0, 1] and sRGB-encoded: the peak is 1, nothing is rounded to 8
+//!   bits. The exposure is 0 in [`compare`]. It says how close two pictures look on one display, not how far their radiance is
+//!   apart: what is brighter than white is cut in both. Noise of the reference is not subtracted.
 //! - `bias_z`: the difference of the two mean values, over its standard error. Noise alone stays below 3 in 997 of 1,000
 //!   comparisons; a larger figure says that the pictures have different expected values.
 //!
@@ -13,6 +17,7 @@
 //! independent. Where B says what its variance is, `mse` and `relmse` have that subtracted, and `mse_raw` and `relmse_raw`
 //! are the plain figures.
 
+use crate::color::srgb_from_linear;
 use crate::image::Image;
 
 /// What is added to b^2 in relMSE, and to |b| in MAPE, so that black pixels count and do not rule.
@@ -29,6 +34,8 @@ pub struct Metrics {
     pub relmse: f64,
     /// Mean absolute relative error.
     pub mape: f64,
+    /// Peak signal-to-noise ratio of the display images at exposure 0, in dB; `null` where they agree exactly.
+    pub psnr: Option<f64>,
     /// Mean of picture A, per channel.
     pub mean_a: [f64; 3],
     /// Mean of picture B, per channel.
@@ -103,6 +110,7 @@ pub fn compare(a: &Image, b: &Image) -> Result<Metrics, Fault> {
         rmse: mse.sqrt(),
         relmse: (relmse_raw - noise_relmse).max(0.0),
         mape,
+        psnr: psnr(a, b, 0.0),
         mean_a,
         mean_b,
         bias,
@@ -135,6 +143,19 @@ fn standard_error(a: &Image, b: &Image) -> Option<f64> {
 pub fn variance_of_channel_mean(variance: &[f32; 3]) -> f64 {
     let deviation = variance.iter().map(|v| (*v as f64).sqrt()).sum::<f64>() / 3.0;
     deviation * deviation
+}
+
+/// The peak signal-to-noise ratio of the display images of `a` and `b` after `exposure` stops, in dB; `None` where they agree
+/// exactly.
+///
+/// The pictures have the same size and finite values ([`check`]).
+pub fn psnr(a: &Image, b: &Image, exposure: f64) -> Option<f64> {
+    let scale = libm::exp2(exposure);
+    let display = |radiance: f32| srgb_from_linear((radiance as f64 * scale).clamp(0.0, 1.0));
+    let channels = |image: &'_ Image| image.pixels.iter().flatten().map(|value| display(*value)).collect::<Vec<f64>>();
+    let (a, b) = (channels(a), channels(b));
+    let squares: f64 = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum();
+    (squares > 0.0).then(|| -10.0 * libm::log10(squares / b.len() as f64))
 }
 
 /// The relative error of every pixel: the root of the mean over channels of (a - b)^2 / (b^2 + 0.01).
@@ -229,6 +250,33 @@ mod tests {
         // The same picture twice: the difference is 0, whatever the noise is said to be.
         let same = compare(&b, &b).unwrap();
         assert_eq!((same.mse, same.relmse, same.mape, same.bias_z), (0.0, 0.0, 0.0, Some(0.0)));
+    }
+
+    #[test]
+    fn psnr_is_of_display_images() {
+        // Display values 1 and 0 in one of six channels: a mean square of 1/6.
+        let (a, b) = (image(2, &[[1.0, 0.0, 0.5], [0.0; 3]]), image(2, &[[0.0, 0.0, 0.5], [0.0; 3]]));
+        close(psnr(&a, &b, 0.0).unwrap(), 10.0 * 6f64.log10());
+        assert_eq!(compare(&a, &b).unwrap().psnr, psnr(&a, &b, 0.0));
+        // Linear light of 0.2 and 0.4 on the display, everywhere: 20 log10(1 / 0.2).
+        let grey = |display: f64| image(1, &[[crate::color::linear_from_srgb(display) as f32; 3]; 5]);
+        assert!((psnr(&grey(0.2), &grey(0.4), 0.0).unwrap() - 20.0 * 5f64.log10()).abs() < 1e-5);
+        // Beyond white and below black all is one; an exposure brings it back.
+        let (bright, brighter, below) = (image(1, &[[2.0; 3]]), image(1, &[[3.0; 3]]), image(1, &[[-1.0; 3]]));
+        assert_eq!(psnr(&bright, &brighter, 0.0), None);
+        assert!(psnr(&bright, &brighter, -2.0).is_some());
+        assert_eq!(psnr(&below, &image(1, &[[0.0; 3]]), 5.0), None);
+        assert_eq!(psnr(&a, &a, 0.0), None);
+        let text = serde_json::to_string(&compare(&bright, &brighter).unwrap()).unwrap();
+        assert!(text.contains("\"psnr\":null"), "{text}");
+        // The exposure is a factor before the cut.
+        let brighter = |image: &Image| Image {
+            pixels: image.pixels.iter().map(|p| p.map(|v| v * 4.0)).collect(),
+            ..image.clone()
+        };
+        let (a, b) = (grey(0.1), grey(0.15));
+        assert_eq!(psnr(&a, &b, 2.0), psnr(&brighter(&a), &brighter(&b), 0.0));
+        assert_eq!(psnr(&a, &b, 0.0), psnr(&b, &a, 0.0));
     }
 
     #[test]

@@ -4,8 +4,10 @@
 
 pub mod closed_form;
 pub mod experiment;
+pub mod flip;
 pub mod machine;
 pub mod metrics;
 pub mod reference;
 pub mod run_error;
+pub mod spectrum;
 pub mod truth;

@@ -17,7 +17,7 @@ pub const PARTS: u32 = 8;
 
 /// The closed form of `case`, if it has one.
 pub fn closed_form(case: &Case, experiment: &Experiment) -> Option<Reference> {
-    let radiance = closed_form::radiance(&case.desc, experiment.settings.max_depth)?;
+    let radiance = closed_form::radiance(&case.desc, case.max_depth)?;
     let (width, height) = experiment.film();
     let pixels = vec![radiance.map(|value| value as f32); width as usize * height as usize];
     let image = Image { width, height, pixels, ..Image::default() };
@@ -26,7 +26,7 @@ pub fn closed_form(case: &Case, experiment: &Experiment) -> Option<Reference> {
 
 /// What decides a rendered reference's every bit, as text; a cached one is taken if its text is the same.
 pub fn key(case: &Case, experiment: &Experiment, how: Configuration, budget: Budget) -> String {
-    let settings = experiment.settings_of(how, budget, experiment.settings.seed);
+    let settings = experiment.settings_of(case, how, budget, experiment.settings.seed);
     let frame = Frame::nearest(&settings, experiment.film());
     let recipe = Recipe::new(&case.desc.name, &settings, &frame)
         .and("content of the scene", format!("{:016x}", fingerprint::scene(&case.desc)))
@@ -52,7 +52,7 @@ pub fn render(
     let mut spp = 0;
     for part in 0..PARTS {
         let seed = experiment.settings.seed.wrapping_add(REFERENCE_SEEDS + part);
-        let settings = experiment.settings_of(how, each, seed);
+        let settings = experiment.settings_of(case, how, each, seed);
         let render = render_with(&case.scene, &settings, &|_| !stop.load(Ordering::Relaxed));
         if stop.load(Ordering::Relaxed) {
             return None;

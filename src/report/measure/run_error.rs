@@ -9,6 +9,9 @@ use crate::settings::Crop;
 /// The picture is cut into this many columns and rows of tiles, the strata of the bootstrap.
 pub const TILES: usize = 32;
 
+/// Of so many pixels, the one with the largest relative error is left out of the trimmed relMSE.
+pub const TRIMMED: usize = 1000;
+
 /// A named part of the film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
@@ -25,6 +28,8 @@ pub struct Measured {
     pub mse: f64,
     /// Relative mean squared error.
     pub relmse: f64,
+    /// relMSE of the pixels but for the worst of every [`TRIMMED`]: what a few outliers do not decide.
+    pub relmse_trimmed: f64,
     /// Mean of picture - reference over pixels and channels.
     pub bias: f64,
     /// Standard error of `bias`.
@@ -52,6 +57,7 @@ pub fn measure(image: &Image, reference: &Image, regions: &[Region]) -> Measured
     let mut relmse_by_tile = vec![0.0; TILES * TILES];
     let mut by_region = vec![0.0; regions.len()];
     let (mut bias, mut residual) = (0.0, 0.0);
+    let mut by_pixel = Vec::with_capacity(image.pixels.len());
     for (i, (a, b)) in image.pixels.iter().zip(&reference.pixels).enumerate() {
         let (x, y) = (i % width, i / width);
         let tile = y * TILES / height * TILES + x * TILES / width;
@@ -66,6 +72,7 @@ pub fn measure(image: &Image, reference: &Image, regions: &[Region]) -> Measured
         }
         mse_by_tile[tile] += squares * share;
         relmse_by_tile[tile] += relative * share;
+        by_pixel.push(relative / 3.0);
         bias += difference;
         residual += difference * difference;
         for (sum, region) in by_region.iter_mut().zip(regions) {
@@ -79,12 +86,23 @@ pub fn measure(image: &Image, reference: &Image, regions: &[Region]) -> Measured
     Measured {
         mse: mse_by_tile.iter().sum(),
         relmse: relmse_by_tile.iter().sum(),
+        relmse_trimmed: trimmed_mean(by_pixel),
         bias: bias / pixels,
         bias_se: known_variance(image, reference).unwrap_or(residual).sqrt() / pixels,
         regions: by_region,
         mse_by_tile,
         relmse_by_tile,
     }
+}
+
+/// The mean of all but the largest of every [`TRIMMED`] values, at least one.
+fn trimmed_mean(mut values: Vec<f64>) -> f64 {
+    let kept = values.len() - values.len().div_ceil(TRIMMED);
+    if kept == 0 {
+        return 0.0;
+    }
+    let (smaller, ..) = values.select_nth_unstable_by(kept, f64::total_cmp);
+    smaller.iter().sum::<f64>() / kept as f64
 }
 
 fn inside(area: Crop, x: u32, y: u32) -> bool {
@@ -100,29 +118,36 @@ fn known_variance(image: &Image, reference: &Image) -> Option<f64> {
     Some(own + sum(reference).unwrap_or(0.0))
 }
 
-/// Pictures of one configuration added up, each as often as it has samples: the least noisy picture all runs make together.
+/// Independent parts of a [`Pool`]: three, the least whose spread tells an error in every tile by itself.
+pub const PARTS: usize = 3;
+
+/// Pictures of one configuration added up, each as often as it has samples: the least noisy picture all runs make together,
+/// in [`PARTS`] independent parts. Repeats take parts in turn.
 #[derive(Clone, Debug, Default)]
 pub struct Pool {
-    samples: f64,
-    sum: Vec<[f64; 3]>,
-    /// Sum of samples^2 x variance of the mean.
+    /// Samples a pixel in each part.
+    samples: [f64; PARTS],
+    /// By part, the sum of samples x picture.
+    sums: [Vec<[f64; 3]>; PARTS],
+    /// Over all parts: sum of samples^2 x variance of the mean.
     variance: Vec<[f64; 3]>,
 }
 
 impl Pool {
     /// Empty, for pictures of so many pixels.
     pub fn new(pixels: usize) -> Pool {
-        Pool { samples: 0.0, sum: vec![[0.0; 3]; pixels], variance: vec![[0.0; 3]; pixels] }
+        let zeros = || vec![[0.0; 3]; pixels];
+        Pool { samples: [0.0; PARTS], sums: std::array::from_fn(|_| zeros()), variance: zeros() }
     }
 
-    /// Adds a picture of `spp` samples a pixel, if it knows its variance.
-    pub fn add(&mut self, image: &Image, spp: u32) {
+    /// Adds the picture of one repeat, of `spp` samples a pixel, if it knows its variance.
+    pub fn add(&mut self, image: &Image, repeat: u32, spp: u32) {
         let Some(variance) = image.variance.as_ref().filter(|_| spp > 1) else { return };
-        let weight = spp as f64;
-        self.samples += weight;
+        let (weight, part) = (spp as f64, repeat as usize % PARTS);
+        self.samples[part] += weight;
         for (i, (pixel, variance)) in image.pixels.iter().zip(variance).enumerate() {
             for c in 0..3 {
-                self.sum[i][c] += weight * pixel[c] as f64;
+                self.sums[part][i][c] += weight * pixel[c] as f64;
                 self.variance[i][c] += weight * weight * variance[c] as f64;
             }
         }
@@ -130,36 +155,50 @@ impl Pool {
 
     /// Everything in it, as numbers; see [`Pool::from_numbers`].
     pub fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
-        let sums = self.sum.iter().chain(&self.variance).flatten().copied();
-        std::iter::once(self.samples).chain(sums)
+        let sums = self.sums.iter().chain([&self.variance]).flatten().flatten().copied();
+        self.samples.iter().copied().chain(sums)
     }
 
     /// How many numbers a pool of so many pixels has.
     pub fn count_of_numbers(pixels: usize) -> usize {
-        1 + 6 * pixels
+        PARTS + 3 * (PARTS + 1) * pixels
     }
 
     /// The pool that [`Pool::numbers`] told, of [`Pool::count_of_numbers`] of them.
     pub fn from_numbers(numbers: &[f64]) -> Pool {
-        let (samples, rest) = numbers.split_first().unwrap_or((&0.0, &[]));
-        let (sum, variance) = rest.split_at(rest.len() / 2);
-        let (sum, variance) = (sum.as_chunks().0.to_vec(), variance.as_chunks().0.to_vec());
-        Pool { samples: *samples, sum, variance }
+        let (samples, rest) = numbers.split_at(PARTS.min(numbers.len()));
+        let each = (rest.len() / (PARTS + 1)).max(1);
+        let mut columns = rest.chunks(each).map(|column| column.as_chunks().0.to_vec());
+        let mut next = || columns.next().unwrap_or_default();
+        Pool {
+            samples: std::array::from_fn(|part| samples.get(part).copied().unwrap_or(0.0)),
+            sums: std::array::from_fn(|_| next()),
+            variance: next(),
+        }
     }
 
     /// Samples a pixel in it.
     pub fn samples(&self) -> f64 {
-        self.samples
+        self.samples.iter().sum()
     }
 
     /// The picture and its variance; `None` if there is none.
     pub fn image(&self, width: u32, height: u32) -> Option<Image> {
-        if self.samples == 0.0 {
+        let samples = self.samples();
+        if samples == 0.0 {
             return None;
         }
-        let pixels = self.sum.iter().map(|sum| sum.map(|v| (v / self.samples) as f32)).collect();
-        let variance = self.variance.iter().map(|sum| sum.map(|v| (v / self.samples.powi(2)) as f32)).collect();
+        let sum = |i: usize, c: usize| self.sums.iter().map(|sums| sums[i][c]).sum::<f64>();
+        let pixel = |i: usize| std::array::from_fn(|c| (sum(i, c) / samples) as f32);
+        let pixels = (0..self.variance.len()).map(pixel).collect();
+        let variance = self.variance.iter().map(|sum| sum.map(|v| (v / samples.powi(2)) as f32)).collect();
         Some(Image { width, height, pixels, variance: Some(variance), ..Image::default() })
+    }
+
+    /// The parts that have samples: how many, and the sum of samples x picture of pixel `i`, channel `c`.
+    pub fn parts(&self) -> impl Iterator<Item = (f64, &[[f64; 3]])> {
+        let parts = self.samples.iter().copied().zip(self.sums.iter().map(Vec::as_slice));
+        parts.filter(|(samples, _)| *samples > 0.0)
     }
 }
 
@@ -203,6 +242,20 @@ mod tests {
     }
 
     #[test]
+    fn a_few_outliers_do_not_decide_the_trimmed_error() {
+        let truth = noisy(2, 64, 64, 0.0);
+        let mut image = noisy(1, 64, 64, 0.01);
+        let calm = measure(&image, &truth, &[]);
+        image.pixels[77] = [1e4; 3];
+        let found = measure(&image, &truth, &[]);
+        assert!(found.relmse > 1e3 && found.relmse_trimmed < calm.relmse && found.relmse_trimmed > 0.97 * calm.relmse);
+        // 4096 pixels: the largest five are left out.
+        let values: Vec<f64> = (0..4096).map(|i| ((i * 2049) % 4096) as f64).collect();
+        assert_eq!(trimmed_mean(values), (0..4091).sum::<u32>() as f64 / 4091.0);
+        assert_eq!((trimmed_mean(vec![3.0]), trimmed_mean(vec![5.0, 1.0])), (0.0, 1.0));
+    }
+
+    #[test]
     fn the_noise_of_the_reference_vanishes_on_average() {
         // Truth 1, 2, 0.5; picture and reference both with noise 0.01: what is left is the picture's.
         let mse = |seed: u32| measure(&noisy(seed, 64, 64, 0.01), &noisy(seed + 100, 64, 64, 0.01), &[]).mse;
@@ -234,14 +287,16 @@ mod tests {
             ..Image::default()
         };
         assert!(pool.image(1, 1).is_none());
-        pool.add(&one(100.0, 0.0), 1);
-        pool.add(&one(1.0, 0.5), 2);
-        pool.add(&one(3.0, 0.25), 6);
+        pool.add(&one(100.0, 0.0), 0, 1);
+        pool.add(&one(1.0, 0.5), 0, 2);
+        pool.add(&one(3.0, 0.25), 4, 6);
         let image = pool.image(1, 1).unwrap();
         let again = Pool::from_numbers(&pool.numbers().collect::<Vec<_>>());
         assert_eq!(again.image(1, 1), Some(image.clone()));
         assert_eq!(pool.numbers().count(), Pool::count_of_numbers(1));
         assert_eq!((image.pixels[0], pool.samples()), ([2.5; 3], 8.0));
+        let parts: Vec<(f64, [f64; 3])> = pool.parts().map(|(samples, sums)| (samples, sums[0])).collect();
+        assert_eq!(parts, [(2.0, [2.0; 3]), (6.0, [18.0; 3])]);
         assert_eq!(image.variance.unwrap()[0], [(4.0 * 0.5 + 36.0 * 0.25) / 64.0; 3]);
     }
 }

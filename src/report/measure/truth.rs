@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::image::Image;
+use crate::report::measure::metrics::FLOOR;
 
 /// Where a reference comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -41,4 +42,18 @@ pub struct Reference {
     pub image: Image,
     /// Where it comes from.
     pub source: Source,
+}
+
+impl Reference {
+    /// Its noise as it enters every MSE and relMSE; 0 where it is exact.
+    pub fn noise(&self) -> (f64, f64) {
+        let Some(variance) = &self.image.variance else { return (0.0, 0.0) };
+        let (mut mse, mut relmse) = (0.0, 0.0);
+        for (v, b) in variance.iter().flatten().zip(self.image.pixels.iter().flatten()) {
+            mse += *v as f64;
+            relmse += *v as f64 / ((*b as f64).powi(2) + FLOOR);
+        }
+        let count = 3.0 * self.image.pixels.len() as f64;
+        (mse / count, relmse / count)
+    }
 }

@@ -1,41 +1,19 @@
 //! `report.html`: the findings for people. One file, no script, nothing fetched; dark and light; fits a phone.
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::report::analysis::equal_time::Shown;
-use crate::report::analysis::findings::Finding;
-use crate::report::measure::experiment::{Budget, Case, Experiment, Measurements};
-use crate::report::measure::machine::Machine;
+use crate::report::measure::experiment::Budget;
 use crate::report::measure::truth::{Reference, Source};
-use crate::report::write::figures;
-use crate::report::write::heatmap::{Canvas, Scale};
-use crate::report::write::plot;
-use crate::report::write::plot::{Layout, Plot};
-use crate::report::write::results::noise;
+use crate::report::write::contents::Contents;
+use crate::report::write::figures::{Figure, figures, names, small_error_plot, small_region_plot};
+use crate::report::write::heatmap::{self, Canvas, Scale, scale_legend};
+use crate::report::write::images::{self, data_uri, hardest_region, zoomable};
+use crate::report::write::numbers::{count, minus, percent, seconds};
+use crate::report::write::plot::{self, Layout, Plot};
 use crate::report::write::tables;
-use crate::report::write::words::{Words, percent, seconds, tag};
-
-/// What a page is made of.
-pub struct Page<'a> {
-    /// What was run.
-    pub experiment: &'a Experiment,
-    /// One a case.
-    pub references: &'a [Reference],
-    /// The runs.
-    pub measured: &'a Measurements,
-    /// What they say.
-    pub findings: &'a [Finding],
-    /// Pictures at equal time.
-    pub shown: &'a [Shown],
-    /// Where it ran.
-    pub machine: &'a Machine,
-    /// What was typed.
-    pub command: &'a str,
-    /// All runs were made.
-    pub finished: bool,
-}
+use crate::report::write::words::{Words, tag};
+use crate::settings::Crop;
 
 const STYLE: &str = "*{box-sizing:border-box}html{-webkit-text-size-adjust:100%}\
 body{margin:0;background:var(--paper);color:var(--ink);font:17px/1.55 Georgia,'Iowan Old Style','Times New Roman',serif}\
@@ -52,15 +30,22 @@ figure{margin:1rem 0}figcaption{font-size:.86rem;color:var(--soft);max-width:44r
 .narrow{display:none}@media (max-width:40rem){.narrow{display:block}.wide{display:none}}\
 .pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(15.5rem,1fr));gap:1.1rem}\
 .pictures figure{margin:0}.pictures .pair{display:grid;grid-template-columns:1fr 1fr;gap:2px}\
-.pictures img{width:100%;height:auto;display:block}.short li{margin:.35rem 0}dt{font-weight:700;margin-top:.7rem}dd{margin:0;max-width:44rem}\
+.crops{display:grid;grid-template-columns:repeat(auto-fill,minmax(8.5rem,1fr));gap:.8rem}.crops figure{margin:0}\
+.multiples{display:grid;grid-template-columns:repeat(auto-fill,minmax(17rem,1fr));gap:1rem;margin:.6rem 0}\
+small{color:var(--soft);font-size:.92em}.short li{margin:.35rem 0}dt{font-weight:700;margin-top:.7rem}dd{margin:0;max-width:44rem}\
 dt,.name{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;font-size:.92em}\
-.tag{font:600 .72rem system-ui,sans-serif;border:1px solid currentColor;border-radius:4px;padding:.05rem .35rem;margin-left:.4rem;vertical-align:.1em}\
-.scale{display:flex;align-items:center;gap:.6rem;font-size:.82rem;color:var(--soft);margin:.4rem 0 1rem}.scale i{display:block;width:12rem;height:.8rem}";
+.tag{font:600 .72rem system-ui,sans-serif;border:1px solid currentColor;border-radius:4px;padding:.05rem .35rem;margin-left:.4rem;vertical-align:.1em}";
+
+/// The page as text.
+pub fn html(contents: &Contents) -> String {
+    Page(*contents).html()
+}
+
+struct Page<'a>(Contents<'a>);
 
 impl Page<'_> {
-    /// The page as text.
-    pub fn html(&self) -> String {
-        let name = scene_name(&self.experiment.cases[0].desc.name);
+    fn html(&self) -> String {
+        let name = self.scenes();
         let root = format!(":root{{color-scheme:light dark;{}}}", plot::LIGHT);
         let dark = format!("@media (prefers-color-scheme:dark){{:root{{{}}}}}", plot::DARK);
         let markup = html! {
@@ -70,14 +55,14 @@ impl Page<'_> {
                     meta charset="utf-8";
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     title { "Error against run time: " (name) }
-                    style { (PreEscaped(root + &dark + STYLE + plot::STYLE)) }
+                    style { (PreEscaped([&root, &dark, STYLE, plot::STYLE, heatmap::STYLE, images::STYLE].concat())) }
                 }
                 body {
                     main {
                         h1 { "Error against run time: " (name) }
                         (self.facts())
                         (self.overview())
-                        @for (index, case) in self.experiment.cases.iter().enumerate() { (self.case(index, case)) }
+                        @for index in 0..self.0.experiment.cases.len() { (self.case(index)) }
                         (self.method())
                     }
                 }
@@ -87,88 +72,63 @@ impl Page<'_> {
     }
 
     fn facts(&self) -> Markup {
-        let (width, height) = self.experiment.film();
-        let (runs, of) = (self.measured.runs.len(), self.experiment.run_count());
-        let threads = match self.experiment.settings.threads {
-            0 => self.machine.cores,
+        let (width, height) = self.0.experiment.film();
+        let (runs, of) = (self.0.measured.runs.len(), self.0.experiment.run_count());
+        let threads = match self.0.experiment.settings.threads {
+            0 => self.0.machine.cores,
             n => n,
         };
         html! {
             p class="facts" {
-                (width) " × " (height) " pixels, " (runs) " runs, " (self.machine.cpu) ", " (threads)
+                (width) " × " (height) " pixels, " (runs) " runs, " (self.0.machine.cpu) ", " (threads)
                 (if threads == 1 { " thread" } else { " threads" }) ", " (crate::lanes::simd_level())
                 ", octray " (env!("CARGO_PKG_VERSION"))
             }
-            @if !self.finished {
+            @if !self.0.finished {
                 p { strong { "Stopped after " (runs) " of " (of) " runs." } " What follows is about these." }
             }
         }
     }
 
-    /// Where there are several lights: who is best under which.
+    /// The scenes' names.
+    fn scenes(&self) -> String {
+        let mut names: Vec<&str> = self.0.experiment.cases.iter().map(|case| case.scene_name.as_str()).collect();
+        names.dedup();
+        names.join(", ")
+    }
+
+    /// Where there are several cases: who is best in which, and over all.
     fn overview(&self) -> Markup {
-        let cases = &self.experiment.cases;
-        if cases.len() == 1 {
+        if self.0.experiment.cases.len() == 1 {
             return html! {};
         }
-        let words: Vec<Words> = (0..cases.len()).map(|case| self.words(case)).collect();
-        let of = |case: usize, configuration: usize| {
-            words[case].findings.iter().copied().find(|finding| finding.configuration == configuration)
-        };
-        let share = |case: usize, configuration: usize| words[case].relative_efficiency(of(case, configuration)?);
-        let text = |case: usize, configuration: usize| match (of(case, configuration), share(case, configuration)) {
-            (_, Some(share)) => percent(share),
-            (Some(finding), None) => tag(finding).unwrap_or("–").to_owned(),
-            (None, _) => "–".to_owned(),
+        let small = |case: usize| {
+            let words = self.words(case);
+            html! { @if !words.findings.is_empty() { (small_error_plot(&words, &self.0.experiment.case_title(case)).svg(Layout::SMALL)) } }
         };
         html! {
-            p { "Efficiency as a share of the best, by the light that is left on." }
-            div class="scroll" {
-                table {
-                    tr { th { "" } @for case in cases { th { (case.light) } } }
-                    @for configuration in 0..self.experiment.configurations.len() {
-                        tr {
-                            td class="name" { (self.experiment.label(configuration)) }
-                            @for case in 0..cases.len() {
-                                td class=[(share(case, configuration) == Some(1.0)).then_some("best")] {
-                                    (text(case, configuration))
-                                }
-                            }
-                        }
-                    }
-                }
-            }
+            (tables::overview(&self.words(0), self.0.summaries, self.0.findings))
+            div class="multiples" { @for case in 0..self.0.experiment.cases.len() { (small(case)) } }
+            (legend(&self.words(0)))
         }
     }
 
     fn words(&self, case: usize) -> Words<'_> {
-        let findings = self.findings.iter().filter(|finding| finding.case == case).collect();
-        Words { experiment: self.experiment, findings }
+        let findings = self.0.findings.iter().filter(|finding| finding.case == case).collect();
+        Words { experiment: self.0.experiment, findings }
     }
 
-    fn case(&self, index: usize, case: &Case) -> Markup {
+    fn case(&self, index: usize) -> Markup {
         let words = self.words(index);
         if words.findings.is_empty() {
             return html! {};
         }
-        let alone = self.experiment.cases.len() == 1;
-        let [by_seconds, by_samples] = figures::plots(&words, &case.light);
+        let title = self.0.experiment.case_title(index);
         html! {
-            @if !alone {
-                h2 { @if case.light == "all" { "All lights" } @else { "Only the light of " (case.light) } }
-            }
+            @if !title.is_empty() { h2 { (title) } }
             ul class="short" { @for sentence in words.in_short() { li { (sentence) } } }
-            figure {
-                (plotted(&by_seconds))
-                figcaption {
-                    "Relative error (root of relMSE) against CPU seconds of all threads together. Bars and bands are 95 % \
-                     intervals; lines are fits, and the number behind a name is the fitted slope: −0.5 is the law of random \
-                     sampling, four times the work for half the error. Dotted levels are where biased pictures stop."
-                }
-            }
-            figure {
-                (plotted(&by_samples))
-                figcaption { "The same against samples a pixel: what a sample is worth, whatever it costs." }
+            @for Figure { plot, name } in figures(&words, &title) {
+                figure { (plotted(&plot)) figcaption { (caption(name, &plot)) } }
             }
             h3 { "How they compare" }
             (tables::comparison(&words))
@@ -185,72 +145,186 @@ impl Page<'_> {
             h3 { "CPU time to an error" }
             (tables::prices(&words))
             (tables::samples(&words))
-            (tables::regions(&words))
+            (tables::distribution(&words))
+            (self.regions(&words))
             (self.pictures(index, &words))
         }
     }
 
-    fn pictures(&self, case: usize, words: &Words) -> Markup {
-        let shown: Vec<&Shown> = self.shown.iter().filter(|shown| shown.case == case).collect();
-        let Some(first) = shown.first() else { return html! {} };
-        let scale = heat_scale(&shown);
-        let time = shown.iter().map(|shown| shown.cpu_seconds).sum::<f64>() / shown.len() as f64;
+    fn regions(&self, words: &Words) -> Markup {
+        let regions = self.0.experiment.regions.len();
+        if regions == 0 {
+            return html! {};
+        }
         html! {
-            h3 { "The same time, " (shown.len()) " pictures" }
+            h3 { "By region" }
+            p { "Relative error in parts of the film at the largest budget; the least of each in bold." }
+            (tables::regions(words))
+            div class="multiples" { @for region in 0..regions { (small_region_plot(words, region).svg(Layout::SMALL)) } }
+            (legend(words))
+        }
+    }
+
+    fn pictures(&self, case: usize, words: &Words) -> Markup {
+        let shown: Vec<&Shown> = self.0.shown.iter().filter(|shown| shown.case == case).collect();
+        if shown.is_empty() {
+            return html! {};
+        }
+        let exposure = self.0.experiment.exposure;
+        let reference = &self.0.references[case].image;
+        let (width, height) = (reference.width, reference.height);
+        let own = shown.iter().filter(|shown| self.0.experiment.strategy(shown.configuration).is_some());
+        let times: Vec<f64> = own.map(|shown| shown.cpu_seconds).collect();
+        let time = times.iter().sum::<f64>() / times.len().max(1) as f64;
+        let scale = heat_scale(&shown);
+        let image = |rgb: &[u8], what: &str| {
+            let small = width.max(height) < SMALL_IMAGE;
+            let (kind, bytes) = images::picture(rgb, width, height, images::MOST_BYTES);
+            zoomable(&data_uri(kind, &bytes), width, height, what, small)
+        };
+        let tagged = |shown: &Shown| {
+            let found = words.findings.iter().find(|finding| finding.configuration == shown.configuration);
+            let label = self.0.experiment.label(shown.configuration);
+            html! {
+                span class="name" { (label) }
+                @if let Some(tag) = found.and_then(|finding| tag(finding)) { span class="tag" { (tag) } }
+            }
+        };
+        let errors: Vec<&[f64]> = shown.iter().map(|shown| &shown.errors[..]).collect();
+        let window = hardest_region(&errors, width, height);
+        let bytes: Vec<Vec<u8>> = shown.iter().map(|shown| shown.image.srgb8(exposure)).collect();
+        let truth = reference.srgb8(exposure);
+        html! {
+            h3 { "The same time, " (count(shown.len() as u64, "image")) }
             p {
-                "What each makes of about " (seconds(time)) " of CPU time, and beside it the relative error of every pixel."
+                "What each makes of about " (seconds(time)) " of CPU time, and beside it the relative error of every pixel. \
+                 Exposure " (minus(exposure.to_string())) " EV, sRGB. A click enlarges an image. (Here they are JPEG; without loss they lie \
+                 beside this page as PNG.)"
             }
-            div class="scale" {
-                span { (percent(10f64.powi(scale.low))) }
-                i style=(gradient(scale)) {}
-                span { (percent(10f64.powi(scale.high))) }
-            }
+            (scale_legend(scale))
             div class="pictures" {
-                @for shown in &shown {
-                    @let label = self.experiment.label(shown.configuration);
-                    @let found = words.findings.iter().find(|finding| finding.configuration == shown.configuration);
+                figure {
+                    (image(&truth, "the reference"))
+                    figcaption { "the reference" }
+                }
+                @for (shown, rgb) in shown.iter().zip(&bytes) {
+                    @let label = self.0.experiment.label(shown.configuration);
                     figure {
                         div class="pair" {
-                            (picture(&shown.film.png(), &format!("{label}, {} samples a pixel", shown.spp)))
-                            (picture(
-                                &Canvas::plain(&shown.errors, first.film.width, scale).png(),
+                            (image(rgb, &label))
+                            (zoomable(
+                                &data_uri("png", &Canvas::plain(&shown.errors, width, scale).png()),
+                                width,
+                                height,
                                 &format!("relative error of {label}"),
+                                true,
                             ))
                         }
-                        figcaption {
-                            span class="name" { (label) }
-                            @if let Some(tag) = found.and_then(|finding| tag(finding)) { span class="tag" { (tag) } }
-                            br;
-                            (shown.spp) " samples a pixel, error " (percent(shown.relmse.max(0.0).sqrt()))
-                        }
+                        figcaption { (tagged(shown)) " error " (percent(shown.relmse.max(0.0).sqrt())) }
                     }
+                }
+            }
+            (tables::equal_time(words, &shown))
+            p class="facts" {
+                "PSNR and FLIP are of what is seen: PSNR of sRGB values from 0 to 1 at this exposure; FLIP (Andersson et al. 2021, \
+                 HDR) is 0 where no difference is noticed and 1 where black stands for white."
+            }
+            h3 { "Where it is hardest" }
+            p {
+                "The " (window.width) " × " (window.height) " pixels at " (window.x) "," (window.y) " in which the error of all \
+                 together is largest, without loss."
+            }
+            div class="crops" {
+                (crop(&truth, width, window, "the reference", &html! { "the reference" }))
+                @for (shown, rgb) in shown.iter().zip(&bytes) {
+                    (crop(rgb, width, window, &self.0.experiment.label(shown.configuration), &tagged(shown)))
                 }
             }
         }
     }
 
     fn method(&self) -> Markup {
-        let experiment = self.experiment;
-        let budgets: Vec<String> = experiment.budgets.iter().map(budget_text).collect();
+        let experiment = self.0.experiment;
+        let budgets = budgets_text(&experiment.budgets);
         html! {
             h2 { "How this was measured" }
             p {
                 "relMSE is the mean over pixels and channels of (a − b)² / (b² + 0.01), b being the reference; the error stated \
                  everywhere is its root. The noise of the reference is subtracted. Efficiency is 1 / (relMSE × CPU seconds) at the \
                  largest budget: twice the efficiency is half the time to the same error. CPU seconds are those of all threads, of \
-                 rendering alone. Each budget (" (budgets.join(", ")) ") was run " (experiment.repeats) " times with independent \
-                 seeds, runs interleaved so that a slow moment of the machine hits all alike. Intervals are 95 %, by a bootstrap \
-                 over runs in 1,024 tiles; those of the slopes hold for all strategies at once. The bias is that of all runs of a \
-                 configuration together; z is its distance from 0 in standard errors, the reference's included."
+                 rendering alone."
             }
-            @for (case, reference) in experiment.cases.iter().zip(self.references) { (reference_text(case, reference)) }
+            p {
+                "Each budget (" (budgets) ") was run " (count(experiment.repeats.into(), "time")) " with independent seeds, \
+                 runs interleaved so that a slow moment of the machine hits all alike: many short renders, whose spread is shown \
+                 (Celarek et al. 2019). Intervals are 95 %, of Student's t, from the spread of the runs in each of 1,024 tiles \
+                 (Welch and Satterthwaite); those of the slopes hold for all configurations at once. What is extrapolated follows \
+                 the fitted law, and its interval includes the slope's. The bias is that of all runs of a configuration together; z \
+                 is its distance from 0 in standard errors, the reference's included. The level of a biased strategy comes from \
+                 products of independent parts of its runs."
+                @if let Some(error) = experiment.reach {
+                    " Exact strategies were run on with more samples until their error was down to " (percent(error)) "."
+                }
+                @if !experiment.others.is_empty() {
+                    " Of other renderers (" (experiment.others.join(", ")) ") the seconds are those of the given file; their images \
+                     are judged by the same reference."
+                }
+            }
+            @for (case, reference) in self.0.references.iter().enumerate() { (reference_text(&experiment.case_title(case), reference)) }
             p { "To repeat it:" }
-            pre { (self.command) }
+            pre { (self.0.command) }
             p {
                 "The runs are in " code { "converge.csv" } ", everything else in " code { "converge.json" } ", the plots and \
-                 pictures beside them."
+                 images beside them."
             }
         }
+    }
+}
+
+/// An image below this many columns and rows keeps hard pixels where it is enlarged to its column.
+const SMALL_IMAGE: u32 = 200;
+
+/// A part of an image with its name below.
+fn crop(rgb: &[u8], width: u32, window: Crop, what: &str, name: &Markup) -> Markup {
+    let png = images::crop(rgb, width, window, 1);
+    let what = format!("the hardest part by {what}");
+    html! {
+        figure {
+            (zoomable(&data_uri("png", &png), window.width, window.height, &what, true))
+            figcaption { (name) }
+        }
+    }
+}
+
+/// The names of all configurations beside their lines and markers.
+fn legend(words: &Words) -> Markup {
+    let names = names(words);
+    let names: Vec<(&str, usize)> = names.iter().map(|(name, style)| (name.as_str(), *style)).collect();
+    plot::legend(&names)
+}
+
+/// What stands below a figure.
+fn caption(name: &str, plot: &Plot) -> Markup {
+    let outside = plot.outside().join(", ");
+    match name {
+        "error-against-seconds" => html! {
+            "Relative error (root of relMSE) against CPU seconds of all threads together. Bars and bands are 95 % intervals; \
+             lines are fits, dotted where they are extrapolated, and the number behind a name is the fitted slope: −0.5 is the \
+             law of random sampling, four times the work for half the error. Dotted levels, with their intervals, are where \
+             biased images stop."
+        },
+        "efficiency-against-seconds" => html! {
+            "Efficiency, 1 / (relMSE × CPU seconds), near the best, with 95 % intervals: the higher, the less time for the same \
+             error. A level line is the law of random sampling; a rising one falls faster with every sample."
+            @if !outside.is_empty() { " Below: " (outside) "." }
+        },
+        "error-against-samples" => html! {
+            "Relative error against samples a pixel: what a sample is worth, whatever it costs."
+        },
+        _ => html! {
+            "The power spectrum of the error at the largest budget, mean over runs, radially averaged (Celarek et al. 2019). Level: \
+             white noise, every pixel by itself; higher on the left: blotches that filters and eyes do not average away."
+        },
     }
 }
 
@@ -268,37 +342,30 @@ pub fn heat_scale(shown: &[&Shown]) -> Scale {
     Scale::fitting(&all)
 }
 
-fn scene_name(path: &str) -> String {
-    let name = std::path::Path::new(path).file_stem().map(|name| name.to_string_lossy().into_owned());
-    name.unwrap_or_else(|| path.to_owned())
-}
-
-fn budget_text(budget: &Budget) -> String {
-    match budget {
-        Budget::Spp(spp) => format!("{spp} samples a pixel"),
+/// "1, 4 and 16 samples a pixel".
+fn budgets_text(budgets: &[Budget]) -> String {
+    let text = |budget: &Budget| match budget {
+        Budget::Spp(spp) => spp.to_string(),
         Budget::Time(time) => seconds(time.as_secs_f64()),
+    };
+    let texts: Vec<String> = budgets.iter().map(text).collect();
+    let list = match texts.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => texts.concat(),
+    };
+    match budgets {
+        [Budget::Spp(1)] => "1 sample a pixel".to_owned(),
+        [Budget::Spp(_), ..] => format!("{list} samples a pixel"),
+        _ => list,
     }
 }
 
-fn picture(png: &[u8], what: &str) -> Markup {
-    html! { img src=(format!("data:image/png;base64,{}", STANDARD.encode(png))) alt=(what); }
-}
-
-fn gradient(scale: Scale) -> String {
-    let stop = |i: i32| {
-        let exponent = scale.low as f64 + (scale.high - scale.low) as f64 * i as f64 / 10.0;
-        let [r, g, b] = scale.color(10f64.powf(exponent));
-        format!("#{r:02x}{g:02x}{b:02x}")
-    };
-    format!("background:linear-gradient(90deg,{})", (0..=10).map(stop).collect::<Vec<_>>().join(","))
-}
-
-fn reference_text(case: &Case, reference: &Reference) -> Markup {
-    let (_, noise) = noise(reference);
+fn reference_text(title: &str, reference: &Reference) -> Markup {
+    let (_, noise) = reference.noise();
     let noise = percent(noise.sqrt());
     html! {
         p {
-            @if case.light == "all" { "The reference" } @else { "The reference for " (case.light) }
+            @if title.is_empty() { "The reference" } @else { "The reference for " (title) }
             @match &reference.source {
                 Source::ClosedForm => { " is exact: inside a closed surface that emits E and reflects the share a, the radiance is \
                                          E / (1 − a)." }
@@ -308,9 +375,9 @@ fn reference_text(case: &Case, reference: &Reference) -> Markup {
                     @else { "It says nothing about its noise and counts as exact." }
                 }
                 Source::Rendered { strategy, lights, sampler, spp, seconds: wall, cpu_seconds, cached } => {
-                    " is a picture of " (strategy) " (lights " (lights) ", sampler " (sampler) ") with " (spp) " samples a pixel \
-                     and seeds of its own. It took " (seconds(*cpu_seconds)) " of CPU time (" (seconds(*wall)) " by the clock"
-                    @if *cached { ", in an earlier call" } "). By the spread of its eight parts its own error is " (noise)
+                    " is an image of " (strategy) " (lights " (lights) ", sampler " (sampler) ") with " (spp) " samples a pixel, \
+                     in eight parts with seeds, and so sampling patterns, that no run has; nothing is learned or guided in it. It took " (seconds(*cpu_seconds)) " of CPU time (" (seconds(*wall)) " by the clock"
+                    @if *cached { ", in an earlier call" } "). By the spread of its parts its own error is " (noise)
                     "; that is subtracted."
                 }
             }

@@ -5,15 +5,20 @@
 //! ```text
 //! version, simd, command       the build and what to type to get all this again
 //! machine                      {cpu, cores, os}
-//! scene, film, threads, seed, max_depth (null: unbounded), rr_depth (null: off)
+//! film, threads, seed
 //! finished                     false after an interrupt: fewer runs than were asked for
+//! reach                        the relative error that exact strategies are run to; null: none
+//! epsilon, exposure            what is added to b^2 in relMSE; stops at which images are shown and PSNR and FLIP taken
 //! budgets                      samples a pixel, or wall seconds, as asked for
 //! regions                      [{name, x, y, width, height}]
-//! cases[]                      one a light: {light, reference: {kind, ..}, noise_mse, noise_relmse, mean}
+//! cases[]                      one a scene and light: {scene, light, max_depth (null: unbounded), rr_depth (null: off),
+//!                              reference: {kind, ..}, noise_mse, noise_relmse, mean}
 //! configurations[]             {strategy, lights, sampler, engine, biased_by_design}
+//! others[]                     names of other renderers; as configurations they count on from ours
 //! findings[]                   one a case and configuration: the fields of Finding; indices count from 0 in the lists above
+//! summaries[]                  one a configuration: {configuration, geometric_mean, worst: [case, share]}
 //! runs[]                       one a run: indices, seed, spp, seconds, errors, rays, lanes
-//! equal_time[]                 the pictures of the report: {case, configuration, spp, cpu_seconds, relmse}
+//! equal_time[]                 the images of the report: {case, configuration, spp, cpu_seconds, mse, relmse, psnr, flip}
 //! ```
 
 use std::fmt::Write;
@@ -22,37 +27,37 @@ use serde::Serialize;
 
 use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::findings::Finding;
-use crate::report::measure::experiment::{Budget, Experiment, Measurements, Run};
+use crate::report::analysis::summary::Summary;
+use crate::report::measure::experiment::{Budget, Case, Configuration, Experiment, Measurements, Run};
 use crate::report::measure::machine::Machine;
-use crate::report::measure::metrics::FLOOR;
+use crate::report::measure::metrics::{self, FLOOR};
+use crate::report::measure::run_error::Region;
 use crate::report::measure::truth::{Reference, Source};
+use crate::report::write::contents::Contents;
 
 /// Everything a `converge` call found.
 #[derive(Serialize)]
 pub struct Results<'a> {
     version: &'static str,
     simd: &'static str,
-    /// What was typed.
-    pub command: &'a str,
-    /// Where it ran.
-    pub machine: &'a Machine,
-    /// The scene's name.
-    pub scene: &'a str,
+    command: &'a str,
+    machine: &'a Machine,
     film: (u32, u32),
     /// Worker threads; 0: one for every core.
-    pub threads: usize,
+    threads: usize,
     seed: u32,
-    max_depth: Option<u32>,
-    rr_depth: Option<u32>,
-    /// All runs were made.
-    pub finished: bool,
+    finished: bool,
+    reach: Option<f64>,
+    epsilon: f64,
+    exposure: f64,
     budgets: Vec<serde_json::Value>,
     regions: Vec<RegionRow<'a>>,
     cases: Vec<CaseRow<'a>>,
     configurations: Vec<ConfigurationRow>,
-    /// See [`Finding`].
-    pub findings: &'a [Finding],
-    runs: Vec<RunRow>,
+    others: &'a [String],
+    findings: &'a [Finding],
+    summaries: &'a [Summary],
+    runs: Vec<RunRow<'a>>,
     equal_time: Vec<ShownRow>,
 }
 
@@ -67,7 +72,10 @@ struct RegionRow<'a> {
 
 #[derive(Serialize)]
 struct CaseRow<'a> {
+    scene: &'a str,
     light: &'a str,
+    max_depth: Option<u32>,
+    rr_depth: Option<u32>,
     reference: &'a Source,
     /// What the reference's noise adds to every MSE, and was subtracted.
     noise_mse: f64,
@@ -86,7 +94,7 @@ struct ConfigurationRow {
 }
 
 #[derive(Serialize)]
-struct RunRow {
+struct RunRow<'a> {
     case: usize,
     configuration: usize,
     budget: usize,
@@ -97,6 +105,10 @@ struct RunRow {
     cpu_seconds: f64,
     mse: f64,
     relmse: f64,
+    /// Without the worst pixel of every thousand.
+    relmse_trimmed: f64,
+    /// By region.
+    region_relmse: &'a [f64],
     bias: f64,
     bias_se: f64,
     bias_z: f64,
@@ -104,6 +116,7 @@ struct RunRow {
     bounce_rays: u64,
     shadow_rays: u64,
     lanes_used: Option<f64>,
+    walk_lanes_used: Option<f64>,
     faults: u64,
 }
 
@@ -113,64 +126,49 @@ struct ShownRow {
     configuration: usize,
     spp: u32,
     cpu_seconds: f64,
+    mse: f64,
     relmse: f64,
-}
-
-/// The noise of a reference as it enters MSE and relMSE.
-pub fn noise(reference: &Reference) -> (f64, f64) {
-    let image = &reference.image;
-    let Some(variance) = &image.variance else { return (0.0, 0.0) };
-    let (mut mse, mut relmse) = (0.0, 0.0);
-    for (v, b) in variance.iter().flatten().zip(image.pixels.iter().flatten()) {
-        mse += *v as f64;
-        relmse += *v as f64 / ((*b as f64).powi(2) + FLOOR);
-    }
-    let count = 3.0 * image.pixels.len() as f64;
-    (mse / count, relmse / count)
+    psnr: Option<f64>,
+    flip: f64,
 }
 
 impl<'a> Results<'a> {
     /// Puts everything together.
-    #[allow(clippy::too_many_arguments)] // each is one of the lists of the file
-    pub fn new(
-        experiment: &'a Experiment,
-        references: &'a [Reference],
-        measured: &Measurements,
-        findings: &'a [Finding],
-        shown: &[Shown],
-        machine: &'a Machine,
-        command: &'a str,
-        finished: bool,
-    ) -> Results<'a> {
+    pub fn new(contents: &Contents<'a>) -> Results<'a> {
+        let experiment = contents.experiment;
         let settings = &experiment.settings;
-        let region = |r: &'a crate::report::measure::run_error::Region| {
+        let region = |r: &'a Region| {
             let area = r.area;
             RegionRow { name: &r.name, x: area.x, y: area.y, width: area.width, height: area.height }
         };
-        let case = |(case, reference): (&'a crate::report::measure::experiment::Case, &'a Reference)| {
-            let (noise_mse, noise_relmse) = noise(reference);
-            let mean = crate::report::measure::metrics::mean(&reference.image.pixels);
-            CaseRow { light: &case.light, reference: &reference.source, noise_mse, noise_relmse, mean }
+        let case = |(case, reference): (&'a Case, &'a Reference)| {
+            let (noise_mse, noise_relmse) = reference.noise();
+            let mean = metrics::mean(&reference.image.pixels);
+            let &Case { max_depth, rr_depth, .. } = case;
+            let (scene, light) = (&case.desc.name, &case.light);
+            CaseRow { scene, light, max_depth, rr_depth, reference: &reference.source, noise_mse, noise_relmse, mean }
         };
         Results {
             version: env!("CARGO_PKG_VERSION"),
             simd: crate::lanes::simd_level(),
-            command,
-            machine,
-            scene: &experiment.cases[0].desc.name,
+            command: contents.command,
+            machine: contents.machine,
             film: experiment.film(),
             threads: settings.threads,
             seed: settings.seed,
-            max_depth: settings.max_depth,
-            rr_depth: settings.rr_depth,
-            finished,
+            finished: contents.finished,
+            reach: experiment.reach,
+            epsilon: FLOOR,
+            exposure: experiment.exposure,
             budgets: experiment.budgets.iter().map(budget).collect(),
             regions: experiment.regions.iter().map(region).collect(),
-            cases: experiment.cases.iter().zip(references).map(case).collect(),
+            cases: experiment.cases.iter().zip(contents.references).map(case).collect(),
             configurations: experiment.configurations.iter().map(configuration).collect(),
-            findings,
-            runs: measured.runs.iter().map(run).collect(),
-            equal_time: shown.iter().map(shown_row).collect(),
+            others: &experiment.others,
+            findings: contents.findings,
+            summaries: contents.summaries,
+            runs: contents.measured.runs.iter().chain(&experiment.others_runs).map(run).collect(),
+            equal_time: contents.shown.iter().map(shown_row).collect(),
         }
     }
 }
@@ -182,7 +180,7 @@ fn budget(budget: &Budget) -> serde_json::Value {
     }
 }
 
-fn configuration(of: &crate::report::measure::experiment::Configuration) -> ConfigurationRow {
+fn configuration(of: &Configuration) -> ConfigurationRow {
     ConfigurationRow {
         strategy: of.strategy.name(),
         lights: of.lights.name(),
@@ -192,7 +190,7 @@ fn configuration(of: &crate::report::measure::experiment::Configuration) -> Conf
     }
 }
 
-fn run(run: &Run) -> RunRow {
+fn run(run: &Run) -> RunRow<'_> {
     let [camera_rays, bounce_rays, shadow_rays] = run.rays;
     RunRow {
         case: run.case,
@@ -205,6 +203,8 @@ fn run(run: &Run) -> RunRow {
         cpu_seconds: run.cpu_seconds,
         mse: run.error.mse,
         relmse: run.error.relmse,
+        relmse_trimmed: run.error.relmse_trimmed,
+        region_relmse: &run.error.regions,
         bias: run.error.bias,
         bias_se: run.error.bias_se,
         bias_z: run.error.bias_z(),
@@ -212,32 +212,33 @@ fn run(run: &Run) -> RunRow {
         bounce_rays,
         shadow_rays,
         lanes_used: run.lanes_used,
+        walk_lanes_used: run.walk_lanes_used,
         faults: run.faults,
     }
 }
 
 fn shown_row(shown: &Shown) -> ShownRow {
-    let Shown { case, configuration, spp, cpu_seconds, relmse, .. } = *shown;
-    ShownRow { case, configuration, spp, cpu_seconds, relmse }
+    let Shown { case, configuration, spp, cpu_seconds, mse, relmse, psnr, flip, .. } = *shown;
+    ShownRow { case, configuration, spp, cpu_seconds, mse, relmse, psnr, flip }
 }
 
-/// `converge.csv`: one row a run, in the order in which they ran. `mse` and `relmse` have the reference's noise subtracted,
-/// so of a run as good as the reference they may come out below 0; means over runs are right.
+/// `converge.csv`: one row a run, in the order in which they ran, then the other renderers'. `mse` and `relmse` have the
+/// reference's noise subtracted, so of a run as good as the reference they may come out below 0; means over runs are right.
 pub fn csv(experiment: &Experiment, measured: &Measurements) -> String {
     let mut text = String::from("strategy,lights,sampler,engine,spp,seed,seconds,cpu_seconds,mse,relmse,bias_z,light,");
-    text += "repeat,rays,lanes_used\n";
-    for run in &measured.runs {
-        let of = experiment.configurations[run.configuration];
+    text += "repeat,rays,lanes_used,walk_lanes_used,relmse_trimmed,scene\n";
+    for run in measured.runs.iter().chain(&experiment.others_runs) {
+        let name = match experiment.configurations.get(run.configuration) {
+            Some(of) => format!("{},{},{},{}", of.strategy, of.lights, of.sampler, of.engine),
+            None => format!("{},,,", field(&experiment.label(run.configuration))),
+        };
         let (error, rays) = (&run.error, run.rays.iter().sum::<u64>());
-        let lanes = run.lanes_used.map(|lanes| format!("{lanes:.4}")).unwrap_or_default();
-        let light = field(&experiment.cases[run.case].light);
+        let [lanes, walks] = [run.lanes_used, run.walk_lanes_used]
+            .map(|share| share.map(|share| format!("{share:.4}")).unwrap_or_default());
+        let case = &experiment.cases[run.case];
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{:.6},{:.6},{:.9e},{:.9e},{:.4},{light},{},{rays},{lanes}",
-            of.strategy,
-            of.lights,
-            of.sampler,
-            of.engine,
+            "{name},{},{},{:.6},{:.6},{:.9e},{:.9e},{:.4},{},{},{rays},{lanes},{walks},{:.9e},{}",
             run.spp,
             run.seed,
             run.seconds,
@@ -245,7 +246,10 @@ pub fn csv(experiment: &Experiment, measured: &Measurements) -> String {
             error.mse,
             error.relmse,
             error.bias_z(),
+            field(&case.light),
             run.repeat,
+            error.relmse_trimmed,
+            field(&case.scene_name),
         );
     }
     text

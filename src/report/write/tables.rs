@@ -1,48 +1,78 @@
-//! The tables of the page.
+//! The tables of the page. What a phone shows without scrolling comes first: error, time, bias.
 
 use maud::{Markup, html};
 
-use crate::report::analysis::findings::{Finding, Verdict, sample_ratio};
-use crate::report::write::words::{Words, exponent, last_error, percent, seconds, significant, tag, target};
+use crate::report::analysis::equal_time::Shown;
+use crate::report::analysis::findings::{Finding, Point, Verdict, sample_ratio};
+use crate::report::analysis::summary::{Summary, share_of_best};
+use crate::report::write::numbers::{
+    known, known_exponent, known_percent, known_seconds, percent, score, seconds, signed_percent, significant, target,
+};
+use crate::report::write::words::{Words, tag};
 use crate::strategy::Strategy;
 
-/// Efficiency, error, slope, bias: a row a configuration.
-pub fn comparison(words: &Words) -> Markup {
-    html! {
-        div class="scroll" {
-            table {
-                tr {
-                    th { "" } th { "efficiency" br; "of the best" } th { "efficiency" } th { "error at the" br; "largest budget" }
-                    th { "CPU time" br; "for it" } th { "slope of MSE" br; "(95 %)" } th { "bias" } th { "z" } th { "lanes" br; "used" }
-                }
-                @for finding in &words.findings {
-                    @let share = words.relative_efficiency(finding);
-                    tr class=[tag(finding).map(|_| "biased")] {
-                        td class="name" { (words.label(finding)) }
-                        td class=[(share == Some(1.0)).then_some("best")] { (share.map_or(tag(finding).unwrap_or("–").to_owned(), percent)) }
-                        td { (finding.efficiency.map_or("–".to_owned(), |efficiency| significant(efficiency, 3))) }
-                        td { (percent(last_error(finding))) }
-                        @let last = finding.points.last();
-                        td { (last.map_or(String::new(), |point| seconds(point.cpu_seconds))) }
-                        td { (slope(finding)) }
-                        td { (format!("{:+.2} %", 100.0 * finding.relative_bias)) }
-                        td { (format!("{:.1}", finding.bias_z)) }
-                        td { (last.and_then(|point| point.lanes_used).map_or("–".to_owned(), percent)) }
-                    }
-                }
-            }
-        }
-    }
+/// A table that scrolls sideways where the page is narrow.
+fn scrolling(rows: &Markup) -> Markup {
+    html! { div class="scroll" { table { (rows) } } }
 }
 
-fn slope(finding: &Finding) -> String {
-    let Some(fit) = finding.mse_by_samples else { return "–".to_owned() };
-    match fit.slope_interval {
-        Some(interval) => {
-            format!("{} ({} to {})", exponent(fit.law.slope), exponent(interval.low), exponent(interval.high))
+fn dash() -> String {
+    "–".to_owned()
+}
+
+/// A value with its 95 % interval below it.
+fn with_interval((value, interval): (String, Option<String>)) -> Markup {
+    html! { (value) @if let Some(interval) = interval { br; small { (interval) } } }
+}
+
+/// The relative error of `point` with its interval.
+fn error(point: &Point) -> (String, Option<String>) {
+    known_percent(point.relmse.max(0.0).sqrt(), point.relmse_interval.map(|interval| interval.map(f64::sqrt)))
+}
+
+/// Error, time, bias, efficiency, slope: a row a configuration.
+pub fn comparison(words: &Words) -> Markup {
+    let rows = html! {
+        tr {
+            th { "" } th { "error at the" br; "largest budget" } th { "CPU time" br; "for it" } th { "bias" } th { "z" }
+            th { "efficiency" br; "of the best" } th { "efficiency" } th { "slope of the error" br; "by samples" }
         }
-        None => exponent(fit.law.slope),
+        @for finding in &words.findings {
+            @let share = words.relative_efficiency(finding);
+            @let last = finding.points.last();
+            tr class=[tag(finding).map(|_| "biased")] {
+                td class="name" { (words.label(finding)) }
+                td { @if let Some(last) = last { (with_interval(error(last))) } }
+                td { (last.map_or(String::new(), |point| seconds(point.cpu_seconds))) }
+                td { (signed_percent(finding.relative_bias)) }
+                td { (score(finding.bias_z)) }
+                td class=[(share == Some(1.0)).then_some("best")] {
+                    (share.map_or(tag(finding).unwrap_or("–").to_owned(), percent))
+                }
+                td {
+                    @if let Some(efficiency) = finding.efficiency {
+                        (with_interval(known(efficiency, finding.efficiency_interval)))
+                    } @else { (dash()) }
+                }
+                td { (slope(finding)) }
+            }
+        }
+    };
+    scrolling(&rows)
+}
+
+/// Half the slope of relMSE; of a biased strategy the level where its error ends.
+fn slope(finding: &Finding) -> Markup {
+    if finding.biased && finding.floor > 0.0 {
+        let interval = finding.floor_interval.map(|interval| interval.map(f64::sqrt));
+        let (level, range) = known_percent(finding.floor.sqrt(), interval);
+        return with_interval((format!("ends at {level}"), range));
     }
+    let Some(fit) = finding.relmse_by_samples else { return html! { (dash()) } };
+    with_interval(known_exponent(
+        fit.law.slope / 2.0,
+        fit.slope_interval.map(|interval| interval.map(|slope| slope / 2.0)),
+    ))
 }
 
 /// CPU seconds to the target errors.
@@ -52,88 +82,180 @@ pub fn prices(words: &Words) -> Markup {
         let usable = words.findings.iter().filter(|finding| tag(finding).is_none());
         usable.filter_map(|finding| finding.prices[i].cpu_seconds).fold(f64::INFINITY, f64::min)
     };
-    html! {
-        div class="scroll" {
-            table {
-                tr { th { "" } @for error in &targets { th { (target(*error)) } } }
-                @for finding in &words.findings {
-                    tr class=[tag(finding).map(|_| "biased")] {
-                        td class="name" { (words.label(finding)) }
-                        @for (i, price) in finding.prices.iter().enumerate() {
-                            @let best = price.cpu_seconds == Some(least(i)) && tag(finding).is_none();
-                            @let class = match (best, price.extrapolated) {
-                                (true, true) => Some("best guess"),
-                                (true, false) => Some("best"),
-                                (false, true) => Some("guess"),
-                                (false, false) => None,
-                            };
-                            td class=[class] {
-                                @if finding.verdict == Verdict::Undersampled { "–" }
-                                @else { (price.cpu_seconds.map_or("never".to_owned(), seconds)) }
-                            }
+    let rows = html! {
+        tr { th { "" } @for error in &targets { th { (target(*error)) } } }
+        @for finding in &words.findings {
+            tr class=[tag(finding).map(|_| "biased")] {
+                td class="name" { (words.label(finding)) }
+                @for (i, price) in finding.prices.iter().enumerate() {
+                    @let class = match price.extrapolated {
+                        true => Some("guess"),
+                        false if price.cpu_seconds == Some(least(i)) => Some("best"),
+                        false => None,
+                    };
+                    td class=[class] {
+                        @if finding.verdict == Verdict::Undersampled { (dash()) }
+                        @else if let Some(cpu_seconds) = price.cpu_seconds {
+                            @let (text, range) = known_seconds(cpu_seconds, price.interval);
+                            (with_interval((if price.extrapolated { format!("({text})") } else { text }, range)))
                         }
+                        @else { "never" }
                     }
                 }
             }
         }
-        p class="facts" { "In italics: foreseen by the fitted law, outside of what was measured." }
+    };
+    html! {
+        (scrolling(&rows))
+        p class="facts" {
+            "In parentheses: extrapolated along the fitted law, outside of what was measured. Intervals (95 %) are those of the law, its \
+             slope included; the time of a sample counts as known."
+        }
     }
 }
 
 /// Samples for the error of `nee`; nothing where it was not run.
 pub fn samples(words: &Words) -> Markup {
     let Some(nee) = words.first_of(Strategy::Nee).filter(|nee| tag(nee).is_none()) else { return html! {} };
-    let ratios: Vec<_> = words.findings.iter().filter_map(|f| Some((*f, sample_ratio(f, nee)?))).collect();
+    let others = words.findings.iter().filter(|finding| finding.configuration != nee.configuration);
+    let ratios: Vec<_> = others.filter_map(|finding| Some((*finding, sample_ratio(finding, nee)?))).collect();
+    if ratios.is_empty() {
+        return html! {};
+    }
+    let rows = html! {
+        tr { th { "" } th { "samples" } th { "95 %" } th { "CPU time" } }
+        @for (finding, ratio) in ratios {
+            @let times = |text: String| if ratio.extrapolated { format!("({text} ×)") } else { format!("{text} ×") };
+            @let (value, range) = known(ratio.value, ratio.interval);
+            @let in_time = ratio.value * finding.cpu_seconds_by_sample / nee.cpu_seconds_by_sample;
+            tr {
+                td class="name" { (words.label(finding)) }
+                td class=[ratio.extrapolated.then_some("guess")] { (times(value)) }
+                td { (range.unwrap_or_else(dash)) }
+                td class=[ratio.extrapolated.then_some("guess")] { (times(significant(in_time, 3))) }
+            }
+        }
+    };
     html! {
         h3 { "Samples for the error of nee" }
         p { "How many samples each takes for the error that nee reaches with its largest budget, as a multiple of nee's." }
-        div class="scroll" {
-            table {
-                tr { th { "" } th { "samples" } th { "95 %" } th { "CPU time" } }
-                @for (finding, (ratio, interval)) in ratios {
-                    tr {
-                        td class="name" { (words.label(finding)) }
-                        td { (significant(ratio, 3)) " ×" }
-                        td {
-                            @if let Some(interval) = interval {
-                                (significant(interval.low, 3)) " to " (significant(interval.high, 3))
-                            } @else { "–" }
-                        }
-                        td { (significant(ratio * finding.cpu_seconds_by_sample / nee.cpu_seconds_by_sample, 3)) " ×" }
-                    }
-                }
-            }
-        }
+        (scrolling(&rows))
     }
 }
 
-/// The error in parts of the film; nothing where none were asked for.
+/// How runs differ, what outliers do, where the error lies in frequency, and how full the lanes are; at the largest budget.
+pub fn distribution(words: &Words) -> Markup {
+    let share = |share: Option<f64>| share.map_or_else(dash, percent);
+    let rows = html! {
+        tr {
+            th { "" } th { "spread of MSE" br; "between runs" } th { "error" } th { "error without" br; "the worst 0.1 %" }
+            th { "low frequencies" br; "(white noise: 1)" } th { "lanes used" br; "by stages" } th { "lanes used" br; "by walks" }
+        }
+        @for finding in &words.findings {
+            @if let Some(last) = finding.points.last() {
+                tr class=[tag(finding).map(|_| "biased")] {
+                    td class="name" { (words.label(finding)) }
+                    td {
+                        @if last.runs > 1 && last.mse > 0.0 { (percent(last.mse_deviation / last.mse)) } @else { (dash()) }
+                    }
+                    td { (percent(last.relmse.max(0.0).sqrt())) }
+                    td { (percent(last.relmse_trimmed.max(0.0).sqrt())) }
+                    td { (last.low_frequencies.map_or_else(dash, |share| significant(share, 2))) }
+                    td { (share(last.lanes_used)) }
+                    td { (share(last.walk_lanes_used)) }
+                }
+            }
+        }
+    };
+    html! {
+        h3 { "What the error is made of" }
+        p {
+            "At the largest budget. The spread is the standard deviation of the runs' MSE by its mean: what to expect of a single \
+             render. Without the worst 0.1 % of the pixels of each run the error shows what outliers do to it. Low \
+             frequencies: the share of the squared error below 1/16 cycle a pixel, compared with that of white noise; above 1 \
+             the error hides in blotches. Lanes: the share of SIMD lanes that held work in the shading stages, and that held a \
+             live ray in the packets that walk the tree."
+        }
+        (scrolling(&rows))
+    }
+}
+
+/// The images at equal time in figures.
+pub fn equal_time(words: &Words, shown: &[&Shown]) -> Markup {
+    let rows = html! {
+        tr {
+            th { "" } th { "error" } th { "CPU time" } th { "samples" br; "a pixel" } th { "MSE" } th { "PSNR" } th { "FLIP" }
+        }
+        @for shown in shown {
+            tr {
+                td class="name" { (words.experiment.label(shown.configuration)) }
+                td { (percent(shown.relmse.max(0.0).sqrt())) }
+                td { (seconds(shown.cpu_seconds)) }
+                td { @if shown.spp > 0 { (shown.spp) } @else { (dash()) } }
+                td { (significant(shown.mse, 2)) }
+                td { (shown.psnr.map_or_else(dash, |psnr| format!("{}\u{a0}dB", significant(psnr, 3)))) }
+                td { (significant(shown.flip, 2)) }
+            }
+        }
+    };
+    scrolling(&rows)
+}
+
+/// The error in parts of the film at the largest budget.
 pub fn regions(words: &Words) -> Markup {
     let regions = &words.experiment.regions;
-    if regions.is_empty() {
-        return html! {};
-    }
-    let value = |finding: &Finding, i: usize| finding.regions.get(i).map_or(0.0, |(relmse, _)| *relmse);
+    let value = |finding: &Finding, i: usize| {
+        finding.points.last().and_then(|point| point.regions.get(i)).map_or(0.0, |relmse| relmse.max(0.0))
+    };
     let best = |i: usize| {
         let usable = words.findings.iter().filter(|finding| tag(finding).is_none()).map(|finding| value(finding, i));
         usable.filter(|relmse| *relmse > 0.0).fold(f64::INFINITY, f64::min)
     };
-    html! {
-        h3 { "By region" }
-        p { "Relative error in parts of the film at the largest budget; the least of each in bold." }
-        div class="scroll" {
-            table {
-                tr { th { "" } @for region in regions { th { (region.name) } } }
-                @for finding in &words.findings {
-                    tr class=[tag(finding).map(|_| "biased")] {
-                        td class="name" { (words.label(finding)) }
-                        @for i in 0..regions.len() {
-                            @let relmse = value(finding, i);
-                            td class=[(relmse == best(i)).then_some("best")] { (percent(relmse.max(0.0).sqrt())) }
-                        }
-                    }
+    let rows = html! {
+        tr { th { "" } @for region in regions { th { (region.name) } } }
+        @for finding in &words.findings {
+            tr class=[tag(finding).map(|_| "biased")] {
+                td class="name" { (words.label(finding)) }
+                @for i in 0..regions.len() {
+                    @let relmse = value(finding, i);
+                    td class=[(relmse == best(i)).then_some("best")] { (percent(relmse.sqrt())) }
                 }
             }
         }
+    };
+    scrolling(&rows)
+}
+
+/// Over all cases: efficiencies as shares of the best, the geometric mean and the worst.
+pub fn overview(words: &Words, summaries: &[Summary], all: &[Finding]) -> Markup {
+    let experiment = words.experiment;
+    let cases = 0..experiment.cases.len();
+    let text = |case: usize, configuration: usize| {
+        let found = all.iter().find(|f| (f.case, f.configuration) == (case, configuration));
+        match share_of_best(all, case, configuration) {
+            Some(share) => percent(share),
+            None => found.and_then(tag).map_or_else(dash, str::to_owned),
+        }
+    };
+    let rows = html! {
+        tr {
+            th { "" } th { "geometric mean" } th { "worst" }
+            @for case in cases.clone() { th { (experiment.case_title(case)) } }
+        }
+        @for summary in summaries {
+            tr {
+                td class="name" { (experiment.label(summary.configuration)) }
+                td { (summary.geometric_mean.map_or_else(dash, percent)) }
+                td { (summary.worst.map_or_else(dash, |(_, share)| percent(share))) }
+                @for case in cases.clone() {
+                    @let best = share_of_best(all, case, summary.configuration) == Some(1.0);
+                    td class=[best.then_some("best")] { (text(case, summary.configuration)) }
+                }
+            }
+        }
+    };
+    html! {
+        p { "Efficiency as a share of the best in each: 1 / (relMSE × CPU seconds) at the largest budget." }
+        (scrolling(&rows))
     }
 }

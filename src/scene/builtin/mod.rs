@@ -1,7 +1,7 @@
 //! Scenes made in code: `builtin:NAME`. Only exactly rounded operations, so every machine makes the same bits.
 
 use crate::error::{Error, Result};
-use crate::nearest::nearest;
+use crate::nearest::close;
 use crate::scene::desc::{
     CameraDesc, EnvironmentDesc, InstanceDesc, LightDesc, MaterialDesc, MeshDesc, PixelFilter, RenderDesc, Scattering,
     SceneDesc, TriangleDesc,
@@ -45,9 +45,10 @@ pub fn build(name: &str) -> Result<SceneDesc> {
     let (name, size) = name.split_once(':').map_or((name, None), |(name, size)| (name, Some(size)));
     let fault = |message: String| Err(Error::Scene { scene: scene.clone(), message });
     let Some(builtin) = SCENES.iter().find(|builtin| builtin.name == name) else {
-        let hint = nearest(name, NAMES.iter().copied()).unwrap_or_default();
+        let near = close(name, NAMES.iter().copied());
+        let hint = near.map_or(String::new(), |near| format!("; did you mean `builtin:{near}`?"));
         let known = NAMES.iter().map(|name| format!("builtin:{name}")).collect::<Vec<_>>().join(", ");
-        return fault(format!("no such scene; did you mean `builtin:{hint}`? Known: {known}"));
+        return fault(format!("no such scene{hint}; known: {known}"));
     };
     let size = match size.map(str::parse::<u32>) {
         None => builtin.size,

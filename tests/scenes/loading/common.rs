@@ -1,7 +1,7 @@
 //! Little scenes in a folder of their own.
 
 use octray::scene::SceneDesc;
-use std::path::PathBuf;
+use std::path::{MAIN_SEPARATOR, PathBuf};
 
 /// A triangle at the origin that faces +z, without material.
 pub const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -35,7 +35,7 @@ impl Folder {
     pub fn load(&self, name: &str) -> Result<SceneDesc, String> {
         SceneDesc::load(self.path(name)).map_err(|e| {
             assert_eq!(e.exit_status(), 2, "{e}");
-            e.to_string().replace(&format!("{}/", self.0.path().display()), "")
+            e.to_string().replace(&format!("{}{MAIN_SEPARATOR}", self.0.path().display()), "")
         })
     }
 }
