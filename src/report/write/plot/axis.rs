@@ -16,6 +16,8 @@ const LEAST_SPREAD: f64 = 1.2;
 const FINE: [&[f64]; 3] =
     [&[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0], &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0], &USUAL];
 const USUAL: [f64; 3] = [1.0, 2.0, 5.0];
+/// Steps at which an axis over decades may end.
+const ENDS: [f64; 5] = [1.0, 2.0, 3.0, 5.0, 7.0];
 /// Most labels of an axis shorter than a decade.
 const MOST_LABELS: usize = 18;
 
@@ -173,6 +175,8 @@ impl Axis {
 enum Ladder<'a> {
     /// These in every decade.
     Decades(&'a [f64]),
+    /// The usual ones in every decade, and ends of [`ENDS`].
+    CloseEnds,
     /// All multiples.
     Multiples(f64),
 }
@@ -180,7 +184,8 @@ enum Ladder<'a> {
 /// Series for values from `low` to `high`, finer than usual where they spread over less than a decade.
 fn candidates(low: f64, high: f64) -> Vec<Ladder<'static>> {
     if high / low >= 10.0 {
-        return vec![Ladder::Decades(&USUAL)];
+        // Where both fit they have as many labels, and the first leaves less of the axis empty.
+        return vec![Ladder::CloseEnds, Ladder::Decades(&USUAL)];
     }
     let exponent = high.log10().floor() as i32;
     let steps = (exponent - 2..=exponent).flat_map(|e| USUAL.map(|step| Ladder::Multiples(step * 10f64.powi(e))));
@@ -194,6 +199,13 @@ fn covering(ladder: &Ladder, low: f64, high: f64) -> Vec<f64> {
         Ladder::Multiples(step) => {
             let (first, last) = ((low / step).floor(), (high / step).ceil());
             if first < 1.0 { Vec::new() } else { (first as i64..=last as i64).map(|i| i as f64 * step).collect() }
+        }
+        Ladder::CloseEnds => {
+            let ends = covering(&Ladder::Decades(&ENDS), low, high);
+            let (first, last) = (ends[0], ends[ends.len() - 1]);
+            let mut all = covering(&Ladder::Decades(&USUAL), low, high);
+            all.retain(|tick| first < *tick && *tick < last);
+            [vec![first], all, vec![last]].concat()
         }
         Ladder::Decades(steps) => {
             let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
@@ -260,7 +272,9 @@ mod tests {
     fn labels_are_as_dense_as_they_fit() {
         let labels =
             |low: f64, high: f64, length: f64| values(&Axis::around(Some((low, high)), None, 0.0, length, ACROSS));
-        assert_eq!(labels(1.0, 256.0, 500.0), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0]);
+        assert_eq!(labels(1.0, 256.0, 500.0), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 300.0]);
+        let texts: Vec<String> = labels(0.0099, 0.28, 500.0).into_iter().map(number).collect();
+        assert_eq!(texts, ["0.007", "0.01", "0.02", "0.05", "0.1", "0.2", "0.3"]);
         assert_eq!(labels(1.0, 200.0, 150.0), [1.0, 10.0, 200.0], "the ends come before the decades");
         assert_eq!(labels(1.0, 100.0, 150.0), [1.0, 3.0, 10.0, 30.0, 100.0]);
         assert_eq!(labels(1.0, 1e6, 240.0), [1.0, 100.0, 1e4, 1e6], "evenly every second decade");

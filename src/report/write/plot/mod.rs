@@ -298,6 +298,18 @@ mod tests {
     }
 
     #[test]
+    fn dense_series_keep_some_markers_and_sparse_ones_all() {
+        let markers = |count: usize| {
+            let mark = |i: usize| Mark { x: 0.01 * (i + 1) as f64, y: 0.2, interval: None };
+            let series = Series { marks: (0..count).map(mark).collect(), ..Series::default() };
+            let plot = Plot { series: vec![series], ..Plot::default() };
+            plot.svg(Layout::SMALL).into_string().matches("transform=").count()
+        };
+        assert_eq!([1, 2, 14].map(markers), [1, 2, 14]);
+        assert!((5..=14).contains(&markers(60)), "{}", markers(60));
+    }
+
+    #[test]
     fn markers_of_coincident_series_lie_from_large_to_small() {
         let plot = Plot { series: vec![series(8, 0.2), series(7, 0.2), series(5, 0.2)], ..Plot::default() };
         let text = plot.svg(Layout::SMALL).into_string();

@@ -4,6 +4,11 @@ use crate::report::write::plot::axis::Axis;
 use crate::report::write::plot::styles::{Style, at, path};
 use maud::{Markup, html};
 
+/// Series of more marks than this are dense.
+const MANY: usize = 14;
+/// Least distance of the markers of a dense series.
+const MARKER_STEP: f64 = 22.0;
+
 /// One measured point: a value with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
@@ -76,10 +81,20 @@ impl Series {
         }
     }
 
-    /// Markers, those that lie inside, `scale` times their usual size.
+    /// Markers, those that lie inside, `scale` times their usual size. A dense series is seen by its line: of its markers some
+    /// stay, a distance apart, and the last.
     pub(super) fn markers(&self, x: &Axis, y: &Axis, scale: f64) -> Markup {
+        let inside: Vec<&Mark> = self.marks.iter().filter(|mark| x.holds(mark.x) && y.holds(mark.y)).collect();
+        let step = if inside.len() > MANY { MARKER_STEP * scale } else { 0.0 };
+        let mut kept: Vec<&Mark> = Vec::new();
+        // From the last one on, which a name points at.
+        for mark in inside.into_iter().rev() {
+            if kept.last().is_none_or(|last| (x.position(last.x) - x.position(mark.x)).abs() >= step) {
+                kept.push(mark);
+            }
+        }
         html! {
-            @for mark in self.marks.iter().filter(|mark| x.holds(mark.x) && y.holds(mark.y)) {
+            @for mark in kept.into_iter().rev() {
                 (Style::of(self.style).marker(x.position(mark.x), y.position(mark.y), scale))
             }
         }
