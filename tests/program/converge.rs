@@ -129,7 +129,7 @@ fn the_report_is_whole_valid_and_self_contained() {
         ["all", "blue", "grey"]
     );
     assert_eq!(json["findings"].as_array().unwrap().len(), 27);
-    assert_eq!(json["findings"][0]["regions"].as_array().unwrap().len(), 2);
+    assert_eq!(json["findings"][0]["points"][1]["regions"].as_array().unwrap().len(), 2);
     let text = place.read("report.html");
     let page = Html::parse_document(&text);
     assert!(page.errors.is_empty(), "{:?}", page.errors);
