@@ -250,7 +250,8 @@ fn gathered(traced: &Traced, columns: usize) -> String {
     for vertex in &traced.vertices {
         let how = match vertex.event {
             LIGHT_SAMPLE => "light sample",
-            "emission" | "environment" if vertex.note == "certain" => "seen directly or by a delta lobe",
+            "emission" | "environment" if vertex.note == "certain" && vertex.depth == 0 => "seen by the camera",
+            "emission" | "environment" if vertex.note == "certain" => "met after a delta lobe",
             "emission" | "environment" => "found by the BSDF sample",
             LIGHT_SAMPLE_BLOCKED => {
                 lost += 1;
@@ -270,10 +271,11 @@ fn gathered(traced: &Traced, columns: usize) -> String {
         n => format!(" ({n} light samples were blocked)"),
     };
     let sum = color(traced.radiance().map(f64::from));
-    match rows.is_empty() {
-        true => format!("\nSo the sample is black: the path has met no light{blocked}.\n"),
-        false => format!("\nSo the sample has the radiance {sum}{blocked}:\n{}", table_in(&rows, columns)),
-    }
+    let verdict = match rows.is_empty() {
+        true => format!("So the sample is black: the path has met no light{blocked}."),
+        false => format!("So the sample has the radiance {sum}{blocked}:"),
+    };
+    format!("\n{}\n{}", wrapped(&verdict, columns - INDENT, INDENT), table_in(&rows, columns))
 }
 
 /// A weight, and the rule it comes from.
