@@ -186,23 +186,29 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         0 | 1 => "  the scene has no emissive triangle\n".to_owned(),
         _ => lights,
     };
+    let room = columns().min(MOST_COLUMNS);
+    let prose = |text: &str| wrapped(text, room - 2, 2);
     format!(
-        "{}\n\n\
-         walked by: the first way through the tree, and that of rays that part; differ: rays that obvhs answers\n\
-         otherwise; occupancy of the lanes is told apart: walks (packets on their way through the tree) and\n\
-         stages (loops over queues)\n\n\
+        "{}\n{}\n\n\
          rays from the engine's queues, Mrays/s of CPU time\n{}\n\
          whole renders, CPU time\n{}\n\
          stages of the packet engine, wall time\n{}\n\
-         light samples for points anywhere on the scene, CPU time in ns; useful: lanes whose sample counts\n{lights}\n\
+         {}\n{lights}\n\
          four numbers of one address, CPU time in ns\n{}",
-        wrapped(&head, columns().min(MOST_COLUMNS) - 2, 2),
-        ray_table(rows),
+        prose(&head),
+        prose(LEGEND),
+        ray_table(rows, room),
         render_table(rows),
         stage_table(rows),
+        prose("light samples for points anywhere on the scene, CPU time in ns; useful: lanes whose sample counts"),
         twin_table(rows, |row| row.what.starts_with(sampling::WHAT)),
     )
 }
+
+/// What the columns of the tables mean.
+const LEGEND: &str = "\
+lanes that held work are told apart: `stages` in the loops over queues, `walks` in packets on their way through the tree; \
+`walked by` is the first way through it, and that of rays that part; obvhs answers `differ` rays otherwise";
 
 /// Columns that the tables may take.
 const MOST_COLUMNS: usize = 100;
@@ -222,8 +228,8 @@ fn numbers_table(heading: &[&str], mut rows: Vec<Vec<String>>) -> String {
     aligned(&rows, &(1..heading.len()).collect::<Vec<_>>())
 }
 
-/// One line a kind of ray and question, the finders side by side.
-fn ray_table(rows: &[Row]) -> String {
+/// One line a kind of ray and question, the finders side by side, in so many columns.
+fn ray_table(rows: &[Row], room: usize) -> String {
     let mut lines = Vec::new();
     let rows: Vec<&Row> = rows.iter().filter(|row| row.hits.is_some()).collect();
     for finders in rows.chunk_by(|a, b| a.what == b.what) {
@@ -243,7 +249,17 @@ fn ray_table(rows: &[Row]) -> String {
             count(obvhs.differ.unwrap_or(0) as u64),
         ]);
     }
-    let heading = ["rays", "count", "hit", "packet", "walked by", "walks", "one ray", "scalar", "obvhs", "differ"];
+    let mut heading =
+        vec!["rays", "count", "hit", "packet", "walked by", "walks", "one ray", "scalar", "obvhs", "differ"];
+    // Where there is no room, what is least asked for goes.
+    for column in [1, 1] {
+        let table = numbers_table(&heading, lines.clone());
+        if table.lines().all(|line| line.chars().count() <= room) {
+            return table;
+        }
+        heading.remove(column);
+        lines.iter_mut().for_each(|line| drop(line.remove(column)));
+    }
     numbers_table(&heading, lines)
 }
 
@@ -301,9 +317,10 @@ mod tests {
             walk_lanes_used: Some(0.5),
             ..Row::default()
         });
-        for table in [ray_table(&rows), stage_table(&rows)] {
-            assert!(table.lines().count() == 2 && table.lines().all(|line| line.len() <= MOST_COLUMNS), "{table}");
+        let tables = [(ray_table(&rows, 100), 100), (ray_table(&rows, 85), 85), (stage_table(&rows), 80)];
+        for (table, columns) in &tables {
+            assert!(table.lines().count() == 2 && table.lines().all(|line| line.len() <= *columns), "{table}");
         }
-        assert!(ray_table(&rows).contains(" 123  one ray/stream "), "{}", ray_table(&rows));
+        assert!(tables[0].0.contains(" 123  one ray/stream ") && tables[0].0.contains("16,777,216"), "{}", tables[0].0);
     }
 }

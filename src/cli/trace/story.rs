@@ -158,7 +158,8 @@ impl Story<'_> {
             _ => {
                 self.line(INDENT, format!("{what} {emitted}, found by {}.", self.by));
                 let densities = format!("p_bsdf = {}, p_light = {}", short(vertex.pdf, 3), short(vertex.pdf_other, 3));
-                self.line(DEEPER, format!("{densities}; {}", formula(hit, "p_bsdf", "p_light", vertex.weight)));
+                self.line(DEEPER, densities);
+                self.line(DEEPER, formula(hit, "p_bsdf", "p_light", vertex.weight));
             }
         }
         let gain = format!("gain = throughput {} x {emitted} x weight = {}", color(vertex.beta), color(vertex.gain));
@@ -171,7 +172,8 @@ impl Story<'_> {
         self.line(INDENT, format!("Light sample: {light}, shining {emitted}."));
         let densities = format!("p_light = {}, p_bsdf = {}", short(vertex.pdf, 3), short(vertex.pdf_other, 3));
         let rule = self.traced.settings.strategy.row().light_sample;
-        self.line(DEEPER, format!("{densities}; {}", formula(rule, "p_light", "p_bsdf", vertex.weight)));
+        self.line(DEEPER, densities);
+        self.line(DEEPER, formula(rule, "p_light", "p_bsdf", vertex.weight));
         let factors = format!("{} x BSDF cos {} x {emitted}", color(vertex.beta), color(vertex.bsdf));
         self.line(DEEPER, format!("gain = throughput {factors} x weight / p_light = {}", color(vertex.gain)));
         let radiance = color(vertex.radiance);
