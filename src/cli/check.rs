@@ -77,9 +77,9 @@ pub fn run(args: &CheckArgs) -> Result<u8> {
 }
 
 /// The name and the figure share so many columns: a long name takes those that the figure leaves.
-const NAME_AND_FIGURE: usize = 47;
+const NAME_AND_FIGURE: usize = 49;
 /// Where what was tried begins.
-const TRIED: usize = 77;
+const TRIED: usize = 80;
 /// Where notes begin, and what was tried where a terminal is narrow.
 const INDENT: usize = 6;
 
@@ -89,8 +89,8 @@ fn line(row: &Row, notes: bool, columns: usize) -> String {
     let verdict = if row.pass { "pass" } else { "FAIL" };
     let (tried, figure, bound) = (format!("{} {}", count(row.cases), row.tried), number(row.figure), bound(row.bound));
     let room = NAME_AND_FIGURE.saturating_sub(row.name.len() + 2);
-    let start = format!("{verdict}  {}  {figure:>room$}  {bound:>10}  {:6.2} s", row.name, row.seconds);
-    let mut text = match columns >= TRIED + 40 {
+    let start = format!("{verdict}  {}  {figure:>room$}  {bound:>11}  {:6.2} s", row.name, row.seconds);
+    let mut text = match columns >= TRIED + 40 && start.len() + 2 <= TRIED {
         true => format!("{start}  {}\n", wrapped(&tried, columns - TRIED, TRIED)),
         false => format!("{start}\n{:INDENT$}{}\n", "", wrapped(&tried, columns - INDENT, INDENT)),
     };
@@ -162,15 +162,16 @@ mod tests {
     /// Every row of the suite with the longest texts it has.
     #[test]
     fn rows_fit_the_terminal() {
-        let outcome =
-            Outcome::at_most(-1.234e-10, 1.234e-10).tried(20_643_840, "points of quadratures ".repeat(6).trim());
+        let outcome = |figure| {
+            let outcome = Outcome::at_most(figure, 1.234e-10).note("so ".repeat(60).trim());
+            outcome.tried(20_643_840, "points of quadratures ".repeat(6).trim())
+        };
         for name in check::names() {
-            let row = Row::new(name, outcome.clone().note("so ".repeat(60).trim()), 100.0);
-            for columns in [80, 100, 120] {
-                let text = line(&row, true, columns);
+            for (figure, columns) in [(0.0, 80), (-1.234e-10, 100), (-1.234e-10, 120), (0.0, 120)] {
+                let text = line(&Row::new(name.clone(), outcome(figure), 100.0), true, columns);
                 assert!(text.lines().all(|line| line.len() <= columns), "{columns}:\n{text}");
             }
-            let wide = line(&row, true, 120);
+            let wide = line(&Row::new(name, outcome(0.0), 100.0), true, 120);
             assert!(wide.lines().nth(1).is_some_and(|line| line.starts_with(&" ".repeat(TRIED))), "{wide}");
         }
     }

@@ -1,6 +1,16 @@
 //! Examples of every command: the last section of its `--help`. A line that begins with two blanks and `octray` is a command,
 //! which a test gives to the parser; what it does stands below it.
 
+/// Where to begin: of `octray` alone, and of its `--help`.
+pub const FIRST: &str = "\
+Examples:
+  octray render builtin:lamp_hall -o hall.png --time 10s
+      an image in ten seconds
+  octray converge scenes/cornell.toml --out report
+      error against run time of every strategy, as a report
+  octray info scenes/cornell.toml
+      what a scene holds, and what a render of it does and leaves out";
+
 /// Of `octray render`.
 pub const RENDER: &str = "\
 Examples:

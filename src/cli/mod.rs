@@ -35,7 +35,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| format!("{} {}", env!("CARGO
 
 /// A data-oriented SIMD packet path tracer.
 #[derive(Parser)]
-#[command(name = "octray", version = VERSION.as_str(), max_term_width = 110)]
+#[command(name = "octray", version = VERSION.as_str(), max_term_width = 110, after_help = examples::FIRST)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -107,21 +107,14 @@ fn run() -> u8 {
 /// `octray` alone: where to begin. On standard output, since that is what was asked for; with the status of a missing argument,
 /// as git and clap have it, so that a script whose variable was empty does not go on.
 fn start() -> u8 {
-    let _ = output::print(&format!("octray {}: a path tracer for triangle scenes\n\n{START}", *VERSION));
+    let _ = output::print(&format!(
+        "octray {}: a path tracer for triangle scenes\n\n{}\n\n\
+         All commands: octray --help. Flags and examples of one: octray render --help.\n",
+        *VERSION,
+        examples::FIRST
+    ));
     2
 }
-
-/// What `octray` alone shows below its version.
-const START: &str = "\
-An image in ten seconds:
-  octray render builtin:lamp_hall -o hall.png --time 10s
-Error against run time of every strategy, as a report:
-  octray converge scenes/cornell.toml --out report
-What a scene holds, and what a render of it does and leaves out:
-  octray info scenes/cornell.toml
-
-All commands: octray --help. Flags and examples of one: octray render --help.
-";
 
 /// Help and versions go to standard output with status 0, wrong arguments to standard error with status 2.
 fn report_usage(error: &clap::Error) -> u8 {
@@ -160,10 +153,12 @@ mod tests {
 
     #[test]
     fn the_commands_that_help_shows_are_understood() {
-        let mut all = commands(START);
-        assert_eq!(all.len(), 3);
         let mut program = Cli::command().term_width(100);
         program.build();
+        let own = program.render_help().to_string();
+        let mut all = commands(&own);
+        assert_eq!(all, commands(examples::FIRST), "{own}");
+        assert_eq!(all.len(), 3);
         let mut helps = Vec::new();
         for command in program.get_subcommands_mut().filter(|command| command.get_name() != "help") {
             helps.push((command.get_name().to_owned(), command.render_help().to_string()));

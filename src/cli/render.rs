@@ -271,7 +271,10 @@ fn noise(settings: &Settings, render: &Render) -> Option<String> {
             let reached = if noise.hypot(unseen) <= target { "reached" } else { "not reached" };
             text += &format!("; the target of {} is {reached}", percent(target));
         }
-        None if noise > 0.0 => text += &format!("; --spp {} halves it", u64::from(film.spp) * 4),
+        // An interrupted render has its own way to go on.
+        None if noise > 0.0 && render.stats.finished => {
+            text += &format!("; --spp {} halves it", u64::from(film.spp) * 4)
+        }
         None => {}
     }
     Some(text)

@@ -145,7 +145,7 @@ mod tests {
         ] {
             assert_eq!(found(name), path(wanted), "{name}");
         }
-        for name in ["scenes/nonsense.toml", "scenes/sk.exr", "none/none.toml", "z.toml", "scene/cornel.toml"] {
+        for name in ["scenes/nonsense.toml", "scenes/sk.exr", "none/none.toml", "z.toml", "scene/nonsense.toml"] {
             assert_eq!(found(name), None, "{name}");
         }
     }

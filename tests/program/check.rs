@@ -30,9 +30,11 @@ fn a_table_has_a_line_a_row_and_a_summary() {
     assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()));
     let text = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines.len(), 2, "{text}");
+    // The row's second line holds the rest of what was tried, below its first words.
+    assert_eq!(lines.len(), 3, "{text}");
+    assert!(lines.iter().all(|line| line.len() <= 120) && lines[1].starts_with(&" ".repeat(80)), "{text}");
     assert!(lines[0].starts_with("pass  mis/zero_and_infinite_densities") && lines[0].contains("<= 0"), "{text}");
-    assert!(lines[1].starts_with("1 check,") && lines[1].ends_with("all hold"), "{text}");
+    assert!(lines[2].starts_with("1 check,") && lines[2].ends_with("all hold"), "{text}");
 }
 
 #[test]

@@ -186,20 +186,29 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         0 | 1 => "  the scene has no emissive triangle\n".to_owned(),
         _ => lights,
     };
+    let room = columns().min(MOST_COLUMNS);
+    let prose = |text: &str| wrapped(text, room - 2, 2);
     format!(
-        "{}\n\n\
-         rays from the engine's queues, Mrays/s of CPU time; in walks: lanes used in packets through the tree\n{}\n\
-         whole renders, CPU time; in stages: lanes used in the loops over queues\n{}\n\
-         stages of the packet engine, wall time; in walks: as above, for the stages that walk the tree\n{}\n\
-         light samples for points anywhere on the scene, CPU time in ns; useful: lanes whose sample counts\n{lights}\n\
+        "{}\n{}\n\n\
+         rays from the engine's queues, Mrays/s of CPU time\n{}\n\
+         whole renders, CPU time\n{}\n\
+         stages of the packet engine, wall time\n{}\n\
+         {}\n{lights}\n\
          four numbers of one address, CPU time in ns\n{}",
-        wrapped(&head, columns().min(MOST_COLUMNS) - 2, 2),
-        ray_table(rows),
+        prose(&head),
+        prose(LEGEND),
+        ray_table(rows, room),
         render_table(rows),
         stage_table(rows),
+        prose("light samples for points anywhere on the scene, CPU time in ns; useful: lanes whose sample counts"),
         twin_table(rows, |row| row.what.starts_with(sampling::WHAT)),
     )
 }
+
+/// What the columns of the tables mean.
+const LEGEND: &str = "\
+lanes that held work are told apart: `stages` in the loops over queues, `walks` in packets on their way through the tree; \
+`walked by` is the first way through it, and that of rays that part; obvhs answers `differ` rays otherwise";
 
 /// Columns that the tables may take.
 const MOST_COLUMNS: usize = 100;
@@ -219,8 +228,8 @@ fn numbers_table(heading: &[&str], mut rows: Vec<Vec<String>>) -> String {
     aligned(&rows, &(1..heading.len()).collect::<Vec<_>>())
 }
 
-/// One line a kind of ray and question, the finders side by side.
-fn ray_table(rows: &[Row]) -> String {
+/// One line a kind of ray and question, the finders side by side, in so many columns.
+fn ray_table(rows: &[Row], room: usize) -> String {
     let mut lines = Vec::new();
     let rows: Vec<&Row> = rows.iter().filter(|row| row.hits.is_some()).collect();
     for finders in rows.chunk_by(|a, b| a.what == b.what) {
@@ -232,7 +241,7 @@ fn ray_table(rows: &[Row]) -> String {
             count(packet.items),
             per_cent(hit),
             speed("packet"),
-            packet.walk.clone().unwrap_or_default(),
+            packet.walk.clone().unwrap_or_default().replace(", else ", "/"),
             per_cent(packet.lanes_used),
             speed("one ray"),
             speed("scalar"),
@@ -240,7 +249,17 @@ fn ray_table(rows: &[Row]) -> String {
             count(obvhs.differ.unwrap_or(0) as u64),
         ]);
     }
-    let heading = ["rays", "count", "hit", "packet", "walked by", "in walks", "one ray", "scalar", "obvhs", "differs"];
+    let mut heading =
+        vec!["rays", "count", "hit", "packet", "walked by", "walks", "one ray", "scalar", "obvhs", "differ"];
+    // Where there is no room, what is least asked for goes.
+    for column in [1, 1] {
+        let table = numbers_table(&heading, lines.clone());
+        if table.lines().all(|line| line.chars().count() <= room) {
+            return table;
+        }
+        heading.remove(column);
+        lines.iter_mut().for_each(|line| drop(line.remove(column)));
+    }
     numbers_table(&heading, lines)
 }
 
@@ -248,7 +267,7 @@ fn render_table(rows: &[Row]) -> String {
     let rows = rows.iter().filter(|row| row.mpaths_per_s.is_some()).map(|row| {
         vec![row.engine.to_owned(), number(row.mpaths_per_s), number(row.mrays_per_s), per_cent(row.lanes_used)]
     });
-    numbers_table(&["engine", "Mpaths/s", "Mrays/s", "in stages"], rows.collect())
+    numbers_table(&["engine", "Mpaths/s", "Mrays/s", "stages"], rows.collect())
 }
 
 fn stage_table(rows: &[Row]) -> String {
@@ -256,7 +275,7 @@ fn stage_table(rows: &[Row]) -> String {
         let [stages, walks] = [row.lanes_used, row.walk_lanes_used].map(per_cent);
         vec![row.what.clone(), number(row.ns_per_item), count(row.items), stages, walks]
     });
-    numbers_table(&["stage", "ns/item", "items", "in stages", "in walks"], stages.collect())
+    numbers_table(&["stage", "ns/item", "items", "stages", "walks"], stages.collect())
 }
 
 /// One line a way to sample, the engines side by side.
@@ -281,12 +300,12 @@ mod tests {
         let finder = |engine| Row {
             what: "bounce 1 closest".into(),
             engine,
-            walk: Some("one ray, else one ray".into()),
+            walk: Some("one ray, else stream".into()),
             mrays_per_s: Some(123.456),
             lanes_used: Some(1.0),
-            items: 123_456_789,
-            hits: Some(123_456_789),
-            differ: Some(1_234_567),
+            items: 16_777_216,
+            hits: Some(16_777_216),
+            differ: Some(12_345),
             ..Row::default()
         };
         let mut rows = ["packet", "one ray", "scalar", "obvhs"].map(finder).to_vec();
@@ -298,9 +317,10 @@ mod tests {
             walk_lanes_used: Some(0.5),
             ..Row::default()
         });
-        for table in [ray_table(&rows), stage_table(&rows)] {
-            assert!(table.lines().count() == 2 && table.lines().all(|line| line.len() <= MOST_COLUMNS), "{table}");
+        let tables = [(ray_table(&rows, 100), 100), (ray_table(&rows, 85), 85), (stage_table(&rows), 80)];
+        for (table, columns) in &tables {
+            assert!(table.lines().count() == 2 && table.lines().all(|line| line.len() <= *columns), "{table}");
         }
-        assert!(ray_table(&rows).contains(" 123  one ray, else one ray "), "{}", ray_table(&rows));
+        assert!(tables[0].0.contains(" 123  one ray/stream ") && tables[0].0.contains("16,777,216"), "{}", tables[0].0);
     }
 }

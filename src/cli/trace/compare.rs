@@ -8,14 +8,15 @@ use crate::trace::{PathStep, Value};
 /// Every value of every ray: once where both engines have it, else under each other, marked and with their bits. Fits 80
 /// columns.
 pub fn comparison(scalar: &[PathStep], packet: &[PathStep]) -> String {
-    let mut rows = vec![["  depth", "value", "engine", ""].map(str::to_owned).to_vec()];
+    let mut rows = vec![["depth", "value", "engine", ""].map(str::to_owned).to_vec()];
     for depth in 0..scalar.len().max(packet.len()) {
         let [scalar, packet] = [scalar, packet].map(|path| path.get(depth).map(PathStep::values));
         let Some(names) = scalar.or(packet) else { break };
         for (index, (name, _)) in names.into_iter().enumerate() {
             let [a, b] = [scalar, packet].map(|values| values.map_or(Value::None, |values| values[index].1));
             let row = |mark: &str, engine: &str, value: String| {
-                vec![format!("{mark} {depth}"), name.to_owned(), engine.to_owned(), value]
+                // So short that three long numbers fit beside it.
+                vec![format!("{mark} {depth}"), name.replace("contribution", "gain"), engine.to_owned(), value]
             };
             let below = |engine: &str, value: String| vec![String::new(), String::new(), engine.to_owned(), value];
             match (a, b) {
@@ -89,7 +90,7 @@ mod tests {
     #[test]
     fn what_both_have_stands_once_and_what_differs_is_marked() {
         let same = comparison(&[step()], &[step()]);
-        assert!(same.contains("0      origin      both    0 9.99999972e-10 -2.50000000\n"), "{same}");
+        assert!(same.contains("  0    origin      both    0 9.99999972e-10 -2.50000000\n"), "{same}");
         assert!(!same.contains('>') && !same.contains("shadow") && !same.contains("scalar"), "{same}");
         assert_eq!(verdict(&[step()], None), "both engines agree to the last bit on 1 ray and 0 shadow rays");
         let other = PathStep { t: 2.0, radiance: [0.1, 0.1, 0.1f32.next_up()], ..step() };

@@ -158,7 +158,8 @@ impl Story<'_> {
             _ => {
                 self.line(INDENT, format!("{what} {emitted}, found by {}.", self.by));
                 let densities = format!("p_bsdf = {}, p_light = {}", short(vertex.pdf, 3), short(vertex.pdf_other, 3));
-                self.line(DEEPER, format!("{densities}; {}", formula(hit, "p_bsdf", "p_light", vertex.weight)));
+                self.line(DEEPER, densities);
+                self.line(DEEPER, formula(hit, "p_bsdf", "p_light", vertex.weight));
             }
         }
         let gain = format!("gain = throughput {} x {emitted} x weight = {}", color(vertex.beta), color(vertex.gain));
@@ -171,7 +172,8 @@ impl Story<'_> {
         self.line(INDENT, format!("Light sample: {light}, shining {emitted}."));
         let densities = format!("p_light = {}, p_bsdf = {}", short(vertex.pdf, 3), short(vertex.pdf_other, 3));
         let rule = self.traced.settings.strategy.row().light_sample;
-        self.line(DEEPER, format!("{densities}; {}", formula(rule, "p_light", "p_bsdf", vertex.weight)));
+        self.line(DEEPER, densities);
+        self.line(DEEPER, formula(rule, "p_light", "p_bsdf", vertex.weight));
         let factors = format!("{} x BSDF cos {} x {emitted}", color(vertex.beta), color(vertex.bsdf));
         self.line(DEEPER, format!("gain = throughput {factors} x weight / p_light = {}", color(vertex.gain)));
         let radiance = color(vertex.radiance);
@@ -250,7 +252,8 @@ fn gathered(traced: &Traced, columns: usize) -> String {
     for vertex in &traced.vertices {
         let how = match vertex.event {
             LIGHT_SAMPLE => "light sample",
-            "emission" | "environment" if vertex.note == "certain" => "seen directly or by a delta lobe",
+            "emission" | "environment" if vertex.note == "certain" && vertex.depth == 0 => "seen by the camera",
+            "emission" | "environment" if vertex.note == "certain" => "met after a delta lobe",
             "emission" | "environment" => "found by the BSDF sample",
             LIGHT_SAMPLE_BLOCKED => {
                 lost += 1;
@@ -270,10 +273,11 @@ fn gathered(traced: &Traced, columns: usize) -> String {
         n => format!(" ({n} light samples were blocked)"),
     };
     let sum = color(traced.radiance().map(f64::from));
-    match rows.is_empty() {
-        true => format!("\nSo the sample is black: the path has met no light{blocked}.\n"),
-        false => format!("\nSo the sample has the radiance {sum}{blocked}:\n{}", table_in(&rows, columns)),
-    }
+    let verdict = match rows.is_empty() {
+        true => format!("So the sample is black: the path has met no light{blocked}."),
+        false => format!("So the sample has the radiance {sum}{blocked}:"),
+    };
+    format!("\n{}\n{}", wrapped(&verdict, columns - INDENT, INDENT), table_in(&rows, columns))
 }
 
 /// A weight, and the rule it comes from.
