@@ -21,7 +21,7 @@ pub fn print(text: &str) -> Result<()> {
 /// The `--json[=FILE]` flag.
 #[derive(clap::Args)]
 pub struct JsonArgs {
-    /// Print JSON instead of text, or write it to FILE (the equals sign is part of it: `--json FILE` names no file)
+    /// Print JSON instead of text, or with the text write it to FILE (only behind an equals sign: `--json FILE` names none)
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     json: Option<Option<PathBuf>>,
 }
@@ -42,17 +42,12 @@ impl JsonArgs {
         self.json.is_some() && self.file().is_none()
     }
 
-    /// Prints or writes `value` if the flag was given, else prints `text()`.
+    /// Prints `value` if it is to go to standard output, else `text()`, and writes `value` to FILE if one was named.
     pub fn deliver(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
-        match (&self.json, self.file()) {
-            (None, _) => print(&text()),
-            (Some(_), None) => print(&json_text(value)?),
-            (Some(_), Some(path)) => write_json(path, value),
-        }
-    }
-
-    /// Writes `value` to FILE if one was named; for commands whose text is printed all the same.
-    pub fn deliver_to_file(&self, value: &impl Serialize) -> Result<()> {
+        match self.to_standard_output() {
+            true => print(&json_text(value)?),
+            false => print(&text()),
+        }?;
         self.file().map_or(Ok(()), |path| write_json(path, value))
     }
 }
