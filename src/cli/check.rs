@@ -67,12 +67,7 @@ pub fn run(args: &CheckArgs) -> Result<u8> {
         return Err(error);
     }
     let failures = rows.iter().filter(|row| !row.pass).count();
-    if args.json.to_standard_output() {
-        args.json.deliver(&rows, String::new)?;
-    } else {
-        print(&summary(&rows, failures))?;
-        args.json.deliver_to_file(&rows)?;
-    }
+    args.json.deliver(&rows, || summary(&rows, failures))?;
     Ok((failures > 0) as u8)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::cli::examples;
 use crate::cli::numbers::{percent, scientific};
-use crate::cli::output::{JsonArgs, aligned, check_place, columns, make_directory, wrapped};
+use crate::cli::output::{JsonArgs, aligned_in, check_place, columns, make_directory, wrapped};
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::{Bounds, Format, Image, check_output_path};
@@ -84,7 +84,7 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
             ),
             false => format!("compared: {width} x {height} pixels"),
         };
-        format!("{place}\n{}", text(&found))
+        format!("{place}\n{}", text(&found, columns()))
     })?;
     Ok(0)
 }
@@ -275,7 +275,7 @@ fn lines(found: &Found) -> Vec<Line> {
     ]
 }
 
-fn text(found: &Found) -> String {
+fn text(found: &Found, columns: usize) -> String {
     let m = &found.metrics;
     let subtracted = m.noise_mse > 0.0 && !found.identical;
     let mut rows = vec![["measure", "value", "with noise", "meaning"].map(str::to_owned).to_vec()];
@@ -309,8 +309,8 @@ fn text(found: &Found) -> String {
             percent(*brightest)
         ));
     }
-    let notes: String = notes.iter().map(|note| wrapped(note, columns() - 2, 2) + "\n").collect();
-    aligned(&rows, if subtracted { &[1, 2] } else { &[1] }) + &notes
+    let notes: String = notes.iter().map(|note| wrapped(note, columns - 2, 2) + "\n").collect();
+    aligned_in(&rows, if subtracted { &[1, 2] } else { &[1] }, columns) + &notes
 }
 
 #[cfg(test)]
@@ -338,7 +338,7 @@ mod tests {
     fn every_value_has_one_format_and_stands_in_one_column() {
         for (a, b) in [([1.5; 3], [1.0; 3]), ([1e-20; 3], [1e9, 0.0, 3.0]), ([0.5, 0.25, 0.0], [0.5, 0.5, 1.0])] {
             for variance in [None, Some([1e-3; 3])] {
-                let text = text(&found(a, b, variance));
+                let text = text(&found(a, b, variance), 120);
                 let table: Vec<&str> = text.lines().take(10).collect();
                 let end = table[0].find("value").unwrap() + "value".len();
                 for line in &table[1..] {
@@ -356,16 +356,16 @@ mod tests {
 
     #[test]
     fn equal_images_have_no_noise_to_speak_of() {
-        let text = text(&found([0.5; 3], [0.5; 3], Some([0.1; 3])));
+        let text = text(&found([0.5; 3], [0.5; 3], Some([0.1; 3])), 120);
         assert!(text.contains("The images are the same") && !text.contains("noise"), "{text}");
         assert!(text.contains("\nmse             0.000e+00  mean") && !text.contains("standard error is"), "{text}");
     }
 
     #[test]
     fn less_difference_than_noise_is_told() {
-        let shared = text(&found([0.5; 3], [0.51; 3], Some([0.1; 3])));
+        let shared = text(&found([0.5; 3], [0.51; 3], Some([0.1; 3])), 120);
         assert!(shared.contains("they may share samples"), "{shared}");
-        let apart = text(&found([0.5; 3], [2.0; 3], Some([0.1; 3])));
+        let apart = text(&found([0.5; 3], [2.0; 3], Some([0.1; 3])), 120);
         assert!(!apart.contains("they may share samples"), "{apart}");
     }
 }

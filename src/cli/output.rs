@@ -21,7 +21,7 @@ pub fn print(text: &str) -> Result<()> {
 /// The `--json[=FILE]` flag.
 #[derive(clap::Args)]
 pub struct JsonArgs {
-    /// Print JSON instead of text, or write it to FILE (the equals sign is part of it: `--json FILE` names no file)
+    /// Print JSON instead of text, or with the text write it to FILE (only behind an equals sign: `--json FILE` names none)
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     json: Option<Option<PathBuf>>,
 }
@@ -42,17 +42,12 @@ impl JsonArgs {
         self.json.is_some() && self.file().is_none()
     }
 
-    /// Prints or writes `value` if the flag was given, else prints `text()`.
+    /// Prints `value` if it is to go to standard output, else `text()`, and writes `value` to FILE if one was named.
     pub fn deliver(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
-        match (&self.json, self.file()) {
-            (None, _) => print(&text()),
-            (Some(_), None) => print(&json_text(value)?),
-            (Some(_), Some(path)) => write_json(path, value),
-        }
-    }
-
-    /// Writes `value` to FILE if one was named; for commands whose text is printed all the same.
-    pub fn deliver_to_file(&self, value: &impl Serialize) -> Result<()> {
+        match self.to_standard_output() {
+            true => print(&json_text(value)?),
+            false => print(&text()),
+        }?;
         self.file().map_or(Ok(()), |path| write_json(path, value))
     }
 }
@@ -178,18 +173,19 @@ pub fn table(rows: &[Vec<String>]) -> String {
 
 /// [`table`] in a place of so many columns.
 pub fn table_in(rows: &[Vec<String>], columns: usize) -> String {
-    in_columns(rows, &[], columns)
+    aligned_in(rows, &[], columns)
 }
 
 /// [`table`] with the columns in `right` aligned to the right.
 pub fn aligned(rows: &[Vec<String>], right: &[usize]) -> String {
-    in_columns(rows, right, columns())
+    aligned_in(rows, right, columns())
 }
 
-/// The last column gets its own lines at least so wide; where there is less room, they run over.
+/// The last column is wrapped if it can be at least so wide; where there is less room, lines run over.
 const LEAST_LAST: usize = 24;
 
-fn in_columns(rows: &[Vec<String>], right: &[usize], most: usize) -> String {
+/// [`aligned`] in a place of so many columns.
+pub fn aligned_in(rows: &[Vec<String>], right: &[usize], most: usize) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
@@ -221,12 +217,12 @@ mod tests {
         let rows = [["a", "1", "short"], ["longer", "234", "one two three four five six"]];
         let rows = rows.map(|row| row.map(str::to_owned).to_vec());
         let text = "a         1  short\nlonger  234  one two three four five six\n";
-        assert_eq!(in_columns(&rows, &[1], 120), text);
+        assert_eq!(aligned_in(&rows, &[1], 120), text);
         let narrow = "a         1  short\nlonger  234  one two three four five\n             six\n";
-        assert_eq!(in_columns(&rows, &[1], 37), narrow);
+        assert_eq!(aligned_in(&rows, &[1], 37), narrow);
         // No room at all: nothing is lost.
-        assert_eq!(in_columns(&rows, &[1], 20), text);
-        assert_eq!(in_columns(&[], &[], 80), "");
+        assert_eq!(aligned_in(&rows, &[1], 20), text);
+        assert_eq!(aligned_in(&[], &[], 80), "");
     }
 
     #[test]

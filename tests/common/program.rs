@@ -3,9 +3,9 @@
 
 use std::process::{Command, Output};
 
-/// Runs the program to its end.
+/// Runs the program to its end; its lines are as wide as where there is no terminal.
 pub fn octray(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_octray")).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_octray")).args(arguments).env_remove("COLUMNS").output().unwrap()
 }
 
 /// What it has written to standard error.

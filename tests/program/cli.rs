@@ -183,6 +183,8 @@ fn json_is_a_flag_alike_in_every_command() {
         json(&octray(&[&[command], positional, flags, &["--json=-"]].concat()));
         let output = octray(&[&[command, &flag], positional, flags].concat());
         assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(&output));
+        // The text is printed all the same.
+        assert!(!stdout(&output).is_empty() && !stdout(&output).starts_with(['{', '[']), "{command}");
         assert!(serde_json::from_str::<serde_json::Value>(&fs::read_to_string(&file).unwrap()).is_ok(), "{command}");
         fs::remove_file(&file).unwrap();
         // A word behind the bare flag is positional: one too many.

@@ -2,11 +2,13 @@
 
 use crate::bvh::ray::NO_HIT;
 use crate::cli::numbers::{counted, nine_digits};
-use crate::cli::output::table;
+use crate::cli::output::table_in;
 use crate::trace::{PathStep, Value};
 
-/// Every value of every ray: once where both engines have it, else under each other, marked and with their bits. Fits 80
-/// columns.
+/// What the widest row takes; digits that are compared are not wrapped.
+const COLUMNS: usize = 80;
+
+/// Every value of every ray: once where both engines have it, else under each other, marked and with their bits.
 pub fn comparison(scalar: &[PathStep], packet: &[PathStep]) -> String {
     let mut rows = vec![["depth", "value", "engine", ""].map(str::to_owned).to_vec()];
     for depth in 0..scalar.len().max(packet.len()) {
@@ -32,7 +34,7 @@ pub fn comparison(scalar: &[PathStep], packet: &[PathStep]) -> String {
         }
     }
     rows.retain(|row| row.iter().any(|cell| !cell.is_empty()));
-    table(&rows)
+    table_in(&rows, COLUMNS)
 }
 
 /// Whether the engines agree, and on what.

@@ -146,7 +146,7 @@ impl Story<'_> {
         let emitted = color(vertex.emitted);
         let hit = self.traced.settings.strategy.row().hit;
         let certain = if vertex.depth == 0 { "the camera sees it" } else { "met by a delta lobe" };
-        let weight = short(vertex.weight, 3);
+        let weight = weight(vertex.weight);
         match vertex.note {
             "certain" => self.line(
                 INDENT,
@@ -280,9 +280,17 @@ fn gathered(traced: &Traced, columns: usize) -> String {
     format!("\n{}\n{}", wrapped(&verdict, columns - INDENT, INDENT), table_in(&rows, columns))
 }
 
+/// A weight; one that is almost 1 is told from 1.
+fn weight(weight: f64) -> String {
+    match short(weight, 3) {
+        text if text == "1" && weight < 1.0 => format!("1 - {}", short(1.0 - weight, 2)),
+        text => text,
+    }
+}
+
 /// A weight, and the rule it comes from.
-fn formula(rule: Weight, own: &str, other: &str, weight: f64) -> String {
-    let weight = short(weight, 3);
+fn formula(rule: Weight, own: &str, other: &str, of_sample: f64) -> String {
+    let weight = weight(of_sample);
     match rule {
         Weight::Zero | Weight::One | Weight::Half => format!("weight = {weight} by the strategy"),
         Weight::Balance => format!("weight = {own} / ({own} + {other}) = {weight}"),
@@ -323,6 +331,11 @@ mod tests {
                 (0..2).for_each(|sample| judge(&follow(&scene.desc, &settings, &setup, pixel, sample)));
             }
         }
+    }
+
+    #[test]
+    fn a_weight_of_almost_1_is_told_from_1() {
+        assert_eq!([1.0, 0.0, 0.5, 1.0 - 3.8e-6, 1.99].map(weight), ["1", "0", "0.5", "1 - 3.8e-6", "1.99"]);
     }
 
     /// Every kind of step is told, no line is wider than the terminal, and no number is missing.
