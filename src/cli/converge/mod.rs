@@ -115,6 +115,7 @@ fn scene_else(default: impl std::fmt::Display) -> String {
 
 /// Runs the command; the exit status.
 pub fn run(args: &ConvergeArgs) -> Result<u8> {
+    let mut partial = Partial::new();
     let mut experiment = setup::experiment(args)?;
     let others = against::read(&args.against, &experiment)?;
     let given = setup::references_from_files(&args.reference, &experiment)?;
@@ -158,10 +159,9 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
         command: &command,
         finished: false,
     };
-    let mut partial = Partial::new();
     let finished = experiment.run(&references, &mut measured, &stop, &mut |done| {
         progress.run(done.runs.len(), &experiment);
-        if partial.is_due() {
+        if done.runs.len() >= experiment.configurations.len() && partial.is_due() {
             // What goes wrong here will go wrong at the end as well, and is told then.
             let _ = experiment.keep(&references, done, &unfinished);
             let findings = analyze(&experiment, &references, done);
@@ -208,9 +208,10 @@ struct Partial {
 }
 
 impl Partial {
-    /// The first after half a minute.
-    const FIRST: Duration = Duration::from_secs(30);
-    /// Writing takes at most this share of the time.
+    /// The first so long after the call, or as soon as there are runs.
+    const FIRST: Duration = Duration::from_secs(20);
+    /// Then after so long again, and so that writing takes a small share of the time.
+    const AGAIN: Duration = Duration::from_secs(30);
     const SHARE: u32 = 20;
 
     fn new() -> Partial {
@@ -224,7 +225,7 @@ impl Partial {
     }
 
     fn written(&mut self) {
-        self.due = Instant::now() + (Partial::SHARE * self.began.elapsed()).max(Partial::FIRST);
+        self.due = Instant::now() + (Partial::SHARE * self.began.elapsed()).max(Partial::AGAIN);
     }
 }
 
