@@ -88,11 +88,12 @@ pub fn seconds(value: f64) -> String {
     format!("{}\u{a0}{name}", significant(value / unit, 2))
 }
 
-/// The digits of `value` that are worth telling where it is known within `interval`: two of the interval's width, at least
-/// two, at most five.
+/// The digits of `value` that are worth telling where it is known within `interval`: down to a third of the interval's width,
+/// at least two, at most five.
 fn worth(interval: Interval, value: f64) -> i32 {
     let width = (interval.high - interval.low).abs();
-    let digits = if width > 0.0 { (value.abs() / width).log10().floor() + 2.0 } else { 5.0 };
+    let magnitude = |of: f64| of.abs().log10().floor();
+    let digits = if width > 0.0 { magnitude(value) - magnitude(width / 3.0) + 1.0 } else { 5.0 };
     digits.clamp(2.0, 5.0) as i32
 }
 
