@@ -79,7 +79,7 @@ pub fn png(rgb: &[u8], width: u32, height: u32) -> Vec<u8> {
     bytes
 }
 
-/// Writes what [`png`] gives.
+/// Writes what [`png()`] gives.
 ///
 /// # Errors
 /// Those of `out`.

@@ -9,11 +9,11 @@
 //!
 //! The error of a pixel lies in [0, 1]: 0 where no difference can be seen, 1 between pure green and pure blue over a
 //! wide area. It is c^(1 - f): the difference `c` of colours, after what the eye cannot resolve at that distance is
-//! filtered away ([`color`]), raised by the difference `f` of edges and points ([`filters`]). The mean over pixels is
+//! filtered away (`color`), raised by the difference `f` of edges and points (`filters`). The mean over pixels is
 //! the figure to quote, with the number of pixels per degree.
 //!
 //! [`ldr`] judges display images: radiance times 2^exposure, cut to [0, 1], not rounded to 8 bits. [`hdr`] takes the
-//! largest error of each pixel over all exposures at which the reference can be looked at ([`exposure`]), so highlights
+//! largest error of each pixel over all exposures at which the reference can be looked at (`exposure`), so highlights
 //! and shadows both count and no exposure has to be chosen.
 //!
 //! FLIP sees noise as a viewer does, at one size of display. It is no estimate of variance, and it is not additive.

@@ -4,8 +4,8 @@
 //! pattern of its own, and colours come from custom properties of CSS, so that one file serves dark and light pages, print
 //! without colour and the colour-blind. (plotters writes fixed colours and a legend box.)
 //!
-//! [`axis`] says how far axes reach and what is written on them, [`styles`] holds the palette, [`series`] draws what was
-//! measured, [`labels`] the names. What leaves the axes is cut off by an `svg` element of its own; a `clipPath` would need an
+//! `axis` says how far axes reach and what is written on them, `styles` holds the palette, `series` draws what was
+//! measured, `labels` the names. What leaves the axes is cut off by an `svg` element of its own; a `clipPath` would need an
 //! id, and several plots of one page must not share ids.
 
 mod axis;
