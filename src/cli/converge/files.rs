@@ -1,12 +1,12 @@
 //! What `converge` writes, and where.
 
-use crate::cli::converge::of_case;
 use crate::cli::output::write_json;
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::atomic;
 use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::findings::Finding;
+use crate::report::analysis::summary::of_case;
 use crate::report::measure::experiment::Experiment;
 use crate::report::write::contents::Contents;
 use crate::report::write::figures::{Figure, figures};

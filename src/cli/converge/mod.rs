@@ -11,7 +11,7 @@ use crate::cli::output::print;
 use crate::cli::warn;
 use crate::error::Result;
 use crate::report::analysis::equal_time;
-use crate::report::analysis::findings::{Finding, analyze};
+use crate::report::analysis::findings::analyze;
 use crate::report::analysis::summary::summarize;
 use crate::report::measure::experiment::{Budget, Experiment, Measurements};
 use crate::report::measure::machine::Machine;
@@ -267,9 +267,4 @@ fn reference_budget(args: &ConvergeArgs, experiment: &Experiment) -> Budget {
         (None, Some(Budget::Spp(spp))) => Budget::Spp(spp.saturating_mul(16)),
         (None, None) => Budget::Spp(reference::PARTS),
     }
-}
-
-/// The findings of one case, in the order of the configurations.
-fn of_case(findings: &[Finding], case: usize) -> impl Iterator<Item = &Finding> {
-    findings.iter().filter(move |finding| finding.case == case)
 }

@@ -1,8 +1,8 @@
 //! What `converge` says: a bar while it runs (lines now and then where there is no terminal), a table at the end.
 
-use crate::cli::converge::of_case;
 use crate::cli::output::table;
 use crate::report::analysis::findings::Finding;
+use crate::report::analysis::summary::{of_case, share_of_best};
 use crate::report::measure::experiment::Experiment;
 use crate::report::measure::reference::PARTS;
 use crate::report::write::numbers::{percent, significant};
@@ -95,7 +95,6 @@ pub fn summary(experiment: &Experiment, findings: &[Finding], out: &Path) -> Str
         if experiment.cases.len() > 1 {
             text += &format!("{}\n", experiment.case_title(index));
         }
-        let best = of_case(findings, index).filter_map(|finding| finding.efficiency).fold(0.0, f64::max);
         let head = ["", "spp", "CPU s", "error", "efficiency", "of best", "slope (95 %)", "bias z"];
         let mut rows = vec![head.map(str::to_owned).to_vec()];
         for finding in of_case(findings, index) {
@@ -113,7 +112,7 @@ pub fn summary(experiment: &Experiment, findings: &[Finding], out: &Path) -> Str
                 significant(last.cpu_seconds, 3),
                 percent(last_error(finding)),
                 finding.efficiency.map_or_else(dash, |efficiency| significant(efficiency, 3)),
-                finding.efficiency.map_or_else(dash, |efficiency| percent(efficiency / best)),
+                share_of_best(findings, index, finding.configuration).map_or_else(dash, percent),
                 if finding.biased { dash() } else { slope },
                 format!("{:.1} {}", finding.bias_z, tag(finding).unwrap_or_default()),
             ]);

@@ -4,7 +4,7 @@ use crate::image::Image;
 use crate::report::analysis::statistics::{Estimate, deviation, mean};
 use crate::report::measure::experiment::Run;
 use crate::report::measure::metrics::{FLOOR, variance_of_channel_mean};
-use crate::report::measure::run_error::{PARTS, Pool, TILES};
+use crate::report::measure::run_error::{PARTS, Pool, TILES, tile_of};
 
 /// How far the expected picture is from the reference.
 pub struct Bias {
@@ -101,7 +101,7 @@ fn floor_of(pool: &Pool, reference: &Image) -> Floor {
         .chain((0..parts.len()).map(|left_out| (0..parts.len()).filter(|part| *part != left_out).collect()))
         .collect();
     for (i, truth) in reference.pixels.iter().enumerate() {
-        let tile = (i / width) * TILES / height * TILES + (i % width) * TILES / width;
+        let tile = tile_of(i, width, height);
         let (truth, variance) = (truth.map(f64::from), noise(reference, i).map(f64::from));
         let weight = truth.map(|value| share / (value * value + FLOOR));
         let errors: Vec<(f64, [f64; 3])> = parts
@@ -118,16 +118,12 @@ fn floor_of(pool: &Pool, reference: &Image) -> Floor {
     if parts.len() < 2 {
         return Floor { shared_variance, ..Floor::default() };
     }
-    let (value, count) = (tiles.iter().map(|tile| tile[0]).sum(), parts.len() as f64);
+    let value = tiles.iter().map(|tile| tile[0]).sum();
     let estimate = (parts.len() > 2).then(|| {
-        let (mut variances, mut squares) = (0.0, 0.0);
-        for tile in &tiles {
-            let variance = deviation(&tile[1..=parts.len()]).powi(2) * (count - 1.0).powi(2) / count;
-            variances += variance;
-            squares += variance * variance;
-        }
-        let freedom = if squares > 0.0 { variances * variances / squares * (count - 1.0) } else { f64::INFINITY };
-        Estimate { mean: value, standard_error: variances.sqrt(), freedom }.and(shared_variance)
+        let count = parts.len() as f64;
+        let jackknife =
+            tiles.iter().map(|tile| deviation(&tile[1..=parts.len()]).powi(2) * (count - 1.0).powi(2) / count);
+        Estimate::of_variances(value, jackknife, parts.len()).and(shared_variance)
     });
     Floor { value, estimate, shared_variance }
 }

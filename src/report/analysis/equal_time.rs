@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::image::Image;
 use crate::render::render_with;
 use crate::report::analysis::findings::Finding;
+use crate::report::analysis::summary::of_case;
 use crate::report::measure::experiment::{Budget, Experiment};
 use crate::report::measure::flip;
 use crate::report::measure::metrics::{psnr, relative_errors};
@@ -55,7 +56,7 @@ pub fn render(
     let mut shown = Vec::new();
     let seed = experiment.settings.seed.wrapping_sub(1);
     for (case, reference) in references.iter().enumerate() {
-        let of_case: Vec<&Finding> = findings.iter().filter(|finding| finding.case == case).collect();
+        let of_case: Vec<&Finding> = of_case(findings, case).collect();
         let seconds = seconds(experiment, &of_case);
         for finding in of_case {
             let Some(&configuration) = experiment.configurations.get(finding.configuration) else {

@@ -122,17 +122,17 @@ impl Estimate {
         if count < 2 {
             return None;
         }
-        let (mut sum, mut variances, mut squares) = (0.0, 0.0, 0.0);
-        for stratum in 0..strata {
-            let values = runs.iter().map(|run| run[stratum]);
-            sum += values.clone().sum::<f64>();
-            let variance = variance(values);
-            variances += variance;
-            squares += variance * variance;
-        }
-        let freedom = if squares > 0.0 { variances * variances / squares * (count - 1) as f64 } else { f64::INFINITY };
-        let standard_error = (variances / count as f64).sqrt();
-        Some(Estimate { mean: sum / count as f64, standard_error, freedom })
+        let values = |stratum: usize| runs.iter().map(move |run| run[stratum]);
+        let mean = (0..strata).flat_map(values).sum::<f64>() / count as f64;
+        let variances = (0..strata).map(|stratum| variance(values(stratum)) / count as f64);
+        Some(Estimate::of_variances(mean, variances, count))
+    }
+
+    /// A sum over strata whose values have these variances, each estimated from `count` values.
+    pub fn of_variances(mean: f64, variances: impl Iterator<Item = f64>, count: usize) -> Estimate {
+        let (sum, squares) = variances.fold((0.0, 0.0), |(sum, squares), v| (sum + v, squares + v * v));
+        let freedom = if squares > 0.0 { sum * sum / squares * (count - 1) as f64 } else { f64::INFINITY };
+        Estimate { mean, standard_error: sum.sqrt(), freedom }
     }
 
     /// The same with an uncertainty of variance `variance` added, which is known and does not shrink with more runs.

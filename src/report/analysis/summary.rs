@@ -16,11 +16,15 @@ pub struct Summary {
     pub worst: Option<(usize, f64)>,
 }
 
+/// The findings of one case, in the order of the configurations.
+pub fn of_case(findings: &[Finding], case: usize) -> impl Iterator<Item = &Finding> {
+    findings.iter().filter(move |finding| finding.case == case)
+}
+
 /// The efficiency of `configuration` in `case` by that of the best there.
 pub fn share_of_best(findings: &[Finding], case: usize, configuration: usize) -> Option<f64> {
-    let of_case = || findings.iter().filter(|finding| finding.case == case);
-    let best = of_case().filter_map(|finding| finding.efficiency).fold(0.0, f64::max);
-    Some(of_case().find(|finding| finding.configuration == configuration)?.efficiency? / best)
+    let best = of_case(findings, case).filter_map(|finding| finding.efficiency).fold(0.0, f64::max);
+    Some(of_case(findings, case).find(|finding| finding.configuration == configuration)?.efficiency? / best)
 }
 
 /// One summary a configuration and another renderer, in their order.

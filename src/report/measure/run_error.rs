@@ -6,8 +6,14 @@ use crate::image::Image;
 use crate::report::measure::metrics::{FLOOR, variance_of_channel_mean};
 use crate::settings::Crop;
 
-/// The picture is cut into this many columns and rows of tiles, the strata of the bootstrap.
+/// The image is cut into this many columns and rows of tiles, the strata of all intervals.
 pub const TILES: usize = 32;
+
+/// The tile of pixel `i` of an image of `width` by `height` pixels.
+pub fn tile_of(i: usize, width: usize, height: usize) -> usize {
+    let (x, y) = (i % width, i / width);
+    y * TILES / height * TILES + x * TILES / width
+}
 
 /// Of so many pixels, the one with the largest relative error is left out of the trimmed relMSE.
 pub const TRIMMED: usize = 1000;
@@ -60,7 +66,7 @@ pub fn measure(image: &Image, reference: &Image, regions: &[Region]) -> Measured
     let mut by_pixel = Vec::with_capacity(image.pixels.len());
     for (i, (a, b)) in image.pixels.iter().zip(&reference.pixels).enumerate() {
         let (x, y) = (i % width, i / width);
-        let tile = y * TILES / height * TILES + x * TILES / width;
+        let tile = tile_of(i, width, height);
         let noise = reference.variance.as_ref().map_or([0.0; 3], |variance| variance[i]);
         let (mut squares, mut relative, mut difference) = (0.0, 0.0, 0.0);
         for c in 0..3 {

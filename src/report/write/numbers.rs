@@ -1,6 +1,7 @@
 //! Numbers as people write them: few digits, one minus sign, units.
 
 use crate::report::analysis::statistics::Interval;
+use crate::report::write::plot::raised;
 
 /// A value with `digits` significant digits; very large and very small ones as a power of ten.
 pub fn significant(value: f64, digits: i32) -> String {
@@ -11,7 +12,8 @@ pub fn significant(value: f64, digits: i32) -> String {
     if !(-5..7).contains(&magnitude) {
         let text = format!("{value:.*e}", (digits - 1).max(0) as usize);
         let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-        return minus(format!("{digits} × 10{}", superscript(power)));
+        // Rust writes exponents that always parse.
+        return minus(format!("{digits} × 10{}", raised(power.parse().unwrap_or(0))));
     }
     // Rounded once at the wanted digit, so that 9.96 with two digits is 10 and not 10.0.
     let unit = 10f64.powi(magnitude + 1 - digits);
@@ -23,18 +25,6 @@ pub fn significant(value: f64, digits: i32) -> String {
 /// With the sign that is one.
 pub fn minus(text: String) -> String {
     text.replace('-', "−")
-}
-
-/// An integer as an exponent.
-fn superscript(integer: &str) -> String {
-    let raised = |c: char| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        digit => char::from_u32('⁰' as u32 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
-    };
-    integer.chars().map(raised).collect()
 }
 
 /// An exponent with two digits behind the point; never "−0.00".

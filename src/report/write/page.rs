@@ -3,6 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::report::analysis::equal_time::Shown;
+use crate::report::analysis::summary::of_case;
 use crate::report::measure::experiment::Budget;
 use crate::report::measure::truth::{Reference, Source};
 use crate::report::write::contents::Contents;
@@ -114,7 +115,7 @@ impl Page<'_> {
     }
 
     fn words(&self, case: usize) -> Words<'_> {
-        let findings = self.0.findings.iter().filter(|finding| finding.case == case).collect();
+        let findings = of_case(self.0.findings, case).collect();
         Words { experiment: self.0.experiment, findings }
     }
 
