@@ -174,6 +174,15 @@ pub fn crop(text: &str) -> Result<Crop, String> {
     }
 }
 
+/// `[NAME=]X,Y,W,H`.
+pub fn region(text: &str) -> Result<(String, Crop), String> {
+    let (name, place) = text.rsplit_once('=').unwrap_or((text, text));
+    match name.trim() {
+        "" => Err("give the region a name before the `=`, or leave the `=` out".into()),
+        name => Ok((name.to_owned(), crop(place)?)),
+    }
+}
+
 /// `X,Y`.
 pub fn pixel(text: &str) -> Result<[u32; 2], String> {
     numbers(text)
@@ -284,5 +293,15 @@ mod tests {
         assert_eq!(named::<Lights>("tree", &[]), Ok(Lights::Tree));
         assert_eq!(rr_depth("off"), Ok(RrDepth(None)));
         assert!(rr_depth("-1").is_err());
+    }
+
+    #[test]
+    fn regions_may_have_names() {
+        let area = Crop { x: 1, y: 2, width: 3, height: 4 };
+        assert_eq!(region("plate=1,2,3,4"), Ok(("plate".into(), area)));
+        assert_eq!(region("1,2,3,4"), Ok(("1,2,3,4".into(), area)));
+        for text in ["=1,2,3,4", "plate=", "plate=1,2,3", "plate=1,2,0,4"] {
+            assert!(region(text).is_err(), "{text}");
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! `--against FILE.csv`: what other renderers made, measured beside ours.
 //!
-//! A row is one image: `name,seconds,image`, in any order of columns, and where they are known `scene` and `spp`. Images are
-//! named relative to the CSV file. Rows of one name, scene and number of samples are repeats of one budget.
+//! A row is one image: `name,seconds,image`, in any order of columns, and where they are known `scene` and `spp`. Seconds are
+//! CPU seconds of all threads, of rendering alone. Images are named relative to the CSV file. Rows of one name, scene and number
+//! of samples are repeats of one budget; without samples each image stands for itself.
 
 use crate::cli::converge::setup::whole_image;
 use crate::error::{Error, Result};
@@ -15,10 +16,11 @@ use std::path::{Path, PathBuf};
 /// One row.
 #[derive(Debug, PartialEq)]
 struct Row {
+    line: u64,
     name: String,
     case: usize,
-    /// Samples a pixel; 0 where the file does not say.
-    spp: u32,
+    /// Samples a pixel, where the file says it: for all rows of a name and scene, or for none.
+    spp: Option<u32>,
     seconds: f64,
     image: PathBuf,
 }
@@ -31,7 +33,9 @@ pub fn read(paths: &[PathBuf], experiment: &Experiment) -> Result<Others> {
     let mut others = Vec::new();
     for path in paths {
         let text = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-        for row in rows(path, &text, experiment)? {
+        let rows = rows(path, &text, experiment)?;
+        one_kind(path, &rows)?;
+        for row in rows {
             let image = whole_image(&row.image, "--against", experiment)?;
             others.push((row, image));
         }
@@ -44,22 +48,23 @@ pub fn read(paths: &[PathBuf], experiment: &Experiment) -> Result<Others> {
 impl Others {
     /// Measures the images and puts them beside the runs of `experiment`.
     pub fn join(self, experiment: &mut Experiment, references: &[Reference]) {
-        let mut repeats: HashMap<(usize, String, u32), u32> = HashMap::new();
+        let mut repeats: HashMap<(usize, usize, usize), u32> = HashMap::new();
         for (number, (row, image)) in self.0.into_iter().enumerate() {
             let known = experiment.others.iter().position(|name| *name == row.name);
             let other = known.unwrap_or_else(|| {
-                experiment.others.push(row.name.clone());
+                experiment.others.push(row.name);
                 experiment.others.len() - 1
             });
-            let repeat = repeats.entry((row.case, row.name, row.spp)).or_default();
+            // Images of unknown samples stand each for themselves.
+            let budget = row.spp.map_or(number, |spp| spp as usize);
+            let repeat = repeats.entry((row.case, other, budget)).or_default();
             experiment.others_runs.push(Run {
                 case: row.case,
                 configuration: experiment.configurations.len() + other,
-                // Images of unknown samples stand each for themselves.
-                budget: if row.spp > 0 { row.spp as usize } else { number },
+                budget,
                 repeat: *repeat,
                 seed: 0,
-                spp: row.spp,
+                spp: row.spp.unwrap_or(0),
                 seconds: row.seconds,
                 cpu_seconds: row.seconds,
                 error: measure(&image, &references[row.case].image, &experiment.regions),
@@ -97,26 +102,45 @@ fn rows(path: &Path, text: &[u8], experiment: &Experiment) -> Result<Vec<Row>> {
         if field(name).is_empty() {
             return Err(bad(line, "the name is empty".into()));
         }
+        if (0..experiment.configurations.len()).any(|own| experiment.label(own) == field(name)) {
+            let name = field(name);
+            return Err(bad(line, format!("the name `{name}` is that of a strategy measured here: choose another")));
+        }
         let time = field(seconds).parse::<f64>().ok().filter(|time| *time > 0.0 && time.is_finite());
         let time = time.ok_or_else(|| bad(line, format!("seconds `{}`: give a number above 0", field(seconds))))?;
         let samples = match spp.map(&field) {
-            None | Some("") => 0,
+            None | Some("") => None,
             Some(text) => {
                 let samples = text.parse::<u32>().ok().filter(|samples| *samples > 0);
-                samples.ok_or_else(|| {
-                    bad(line, format!("spp `{text}`: give a whole number from 1 on, or leave it empty"))
-                })?
+                let wrong = || bad(line, format!("spp `{text}`: give a whole number from 1 on, or leave it empty"));
+                Some(samples.ok_or_else(wrong)?)
             }
         };
         let case = case_of(scene.map(&field), experiment).map_err(|message| bad(line, message))?;
         let directory = path.parent().unwrap_or(Path::new(""));
         let image = directory.join(field(image));
-        rows.push(Row { name: field(name).to_owned(), case, spp: samples, seconds: time, image });
+        rows.push(Row { line, name: field(name).to_owned(), case, spp: samples, seconds: time, image });
     }
     match rows.is_empty() {
         true => Err(bad(1, "no rows below the first line".into())),
         false => Ok(rows),
     }
+}
+
+/// Refuses a name of which some images of a scene have samples and some have not: they would be points of two curves.
+fn one_kind(path: &Path, rows: &[Row]) -> Result<()> {
+    for row in rows {
+        let twin = |other: &&Row| (&other.name, other.case) == (&row.name, row.case);
+        if let Some(other) = rows.iter().filter(twin).find(|other| other.spp.is_some() != row.spp.is_some()) {
+            let (first, second) = (row.line.min(other.line), row.line.max(other.line));
+            let message = format!(
+                "`{}` has spp in one of the lines {first} and {second}: give it in both or in neither",
+                row.name
+            );
+            return Err(Error::parse(path, Some(second as usize), message));
+        }
+    }
+    Ok(())
 }
 
 /// The whole scene that a row speaks of.

@@ -7,7 +7,7 @@ use crate::image::atomic;
 use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::findings::Finding;
 use crate::report::analysis::summary::of_case;
-use crate::report::measure::experiment::Experiment;
+use crate::report::measure::experiment::{Case, Experiment};
 use crate::report::write::contents::Contents;
 use crate::report::write::figures::{Figure, figures};
 use crate::report::write::heatmap::Canvas;
@@ -43,22 +43,17 @@ impl Files {
 
     /// Where the rendered reference of a case is kept.
     pub fn reference(&self, experiment: &Experiment, case: usize) -> PathBuf {
-        self.path(&format!("reference{}.exr", suffix(experiment, case)))
+        self.path(&format!("reference{}.exr", suffixes(experiment)[case]))
+    }
+
+    /// Where the parts of a reference that was stopped are kept.
+    pub fn unfinished_reference(&self, experiment: &Experiment, case: usize) -> PathBuf {
+        self.path(&format!("reference{}.unfinished", suffixes(experiment)[case]))
     }
 
     /// Where an interrupted call keeps its runs.
     pub fn unfinished(&self) -> PathBuf {
         self.path("converge.unfinished")
-    }
-
-    /// Removes what an interrupted call has kept, now that all is done.
-    pub fn remove_unfinished(&self) {
-        let path = self.unfinished();
-        if path.exists()
-            && let Err(error) = fs::remove_file(&path)
-        {
-            warn(&format!("{}: no longer needed, and cannot be removed: {error}", path.display()));
-        }
     }
 
     fn text(&self, name: &str, text: &str) -> Result<()> {
@@ -77,10 +72,10 @@ impl Files {
 
     /// All plots of every case.
     fn plots(&self, experiment: &Experiment, findings: &[Finding]) -> Result<()> {
-        for index in 0..experiment.cases.len() {
+        for (index, suffix) in suffixes(experiment).iter().enumerate() {
             let words = Words { experiment, findings: of_case(findings, index).collect() };
             for Figure { plot, name } in figures(&words, &experiment.case_title(index)) {
-                let name = format!("{name}{}.svg", suffix(experiment, index));
+                let name = format!("{name}{suffix}.svg");
                 self.text(&name, &plot.svg(Layout::FILE).into_string())?;
             }
         }
@@ -89,12 +84,13 @@ impl Files {
 
     /// The images at equal time and their heatmaps.
     fn images(&self, experiment: &Experiment, shown: &[Shown]) -> Result<()> {
-        for index in 0..experiment.cases.len() {
+        let labels = (0..experiment.entries()).map(|own| file_name(&experiment.label(own).replace(' ', "-")));
+        let labels = numbered(labels.collect());
+        for (index, suffix) in suffixes(experiment).iter().enumerate() {
             let of_case: Vec<&Shown> = shown.iter().filter(|shown| shown.case == index).collect();
             let scale = heat_scale(&of_case);
             for shown in of_case {
-                let name =
-                    file_name(&experiment.label(shown.configuration).replace(' ', "-")) + &suffix(experiment, index);
+                let name = format!("{}{suffix}", labels[shown.configuration]);
                 shown.image.save_png(self.path(&format!("{name}.png")), experiment.exposure)?;
                 let heatmap = Canvas::with_legend(&shown.errors, shown.image.width, scale);
                 heatmap.save(&self.path(&format!("{name}-error.png")))?;
@@ -104,16 +100,54 @@ impl Files {
     }
 }
 
-/// What tells the files of a case from those of others: the scene where there are several, the light where it is not all.
-fn suffix(experiment: &Experiment, case: usize) -> String {
-    let of = &experiment.cases[case];
-    let several = experiment.cases.iter().any(|other| other.scene_name != of.scene_name);
-    let scene = several.then_some(of.scene_name.as_str());
-    let light = (!of.is_whole()).then_some(of.light.as_str());
-    scene.into_iter().chain(light).map(|part| format!("-{}", file_name(part))).collect()
+/// Removes what an interrupted call has kept, now that all of it is done.
+pub fn remove(path: &Path) {
+    if path.exists()
+        && let Err(error) = fs::remove_file(path)
+    {
+        warn(&format!("{}: no longer needed, and cannot be removed: {error}", path.display()));
+    }
+}
+
+/// What tells the files of each case from those of others: the scene where there are several, the light where it is not all.
+fn suffixes(experiment: &Experiment) -> Vec<String> {
+    let several = experiment.cases.iter().any(|other| other.scene_name != experiment.cases[0].scene_name);
+    let suffix = |case: &Case| {
+        let scene = several.then_some(case.scene_name.as_str());
+        let light = (!case.is_whole()).then_some(case.light.as_str());
+        scene.into_iter().chain(light).map(|part| format!("-{}", file_name(part))).collect()
+    };
+    numbered(experiment.cases.iter().map(suffix).collect())
 }
 
 /// A name that every file system takes.
 fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+}
+
+/// The names, numbered where two are alike to a file system that does not tell capitals.
+fn numbered(names: Vec<String>) -> Vec<String> {
+    let mut taken: Vec<String> = Vec::new();
+    for name in names {
+        let is_taken = |taken: &[String], name: &str| taken.iter().any(|other| other.eq_ignore_ascii_case(name));
+        let mut unique = name.clone();
+        let mut number = 2;
+        while is_taken(&taken, &unique) {
+            unique = format!("{name}-{number}");
+            number += 1;
+        }
+        taken.push(unique);
+    }
+    taken
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_files_have_one_name() {
+        let names = ["a b", "a/b", "A_b", "c", "ä"].map(file_name);
+        assert_eq!(numbered(names.to_vec()), ["a_b", "a_b-2", "A_b-3", "c", "_"]);
+    }
 }

@@ -2,9 +2,8 @@
 
 use crate::api::Scene;
 use crate::camera;
-use crate::cli::args;
 use crate::cli::args::RrDepth;
-use crate::cli::converge::ConvergeArgs;
+use crate::cli::converge::flags::ConvergeArgs;
 use crate::cli::diff::explain;
 use crate::cli::warn;
 use crate::error::{Error, Result};
@@ -17,15 +16,6 @@ use crate::scene::SceneDesc;
 use crate::settings::{Crop, Settings};
 use crate::setup::frame::Frame;
 use std::path::{Path, PathBuf};
-
-/// `[NAME=]X,Y,W,H`.
-pub fn region(text: &str) -> std::result::Result<(String, Crop), String> {
-    let (name, place) = text.rsplit_once('=').unwrap_or((text, text));
-    match name.trim() {
-        "" => Err("give the region a name before the `=`, or leave the `=` out".into()),
-        name => Ok((name.to_owned(), args::crop(place)?)),
-    }
-}
 
 /// Loads the scenes and lays out what is to be run.
 pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
@@ -156,6 +146,8 @@ fn cases_of(scene: &Scene, name: &str, args: &ConvergeArgs) -> Result<Vec<Case>>
     let default = [ALL_LIGHTS.to_owned()];
     for light in if args.only_light.is_empty() { &default[..] } else { &args.only_light } {
         match light.as_str() {
+            // One light by itself is the whole scene.
+            EACH if known.len() == 1 => names.push(ALL_LIGHTS.to_owned()),
             EACH => names.extend(std::iter::once(ALL_LIGHTS.to_owned()).chain(known.iter().cloned())),
             light if light == ALL_LIGHTS || known.iter().any(|known| known == light) => names.push(light.to_owned()),
             _ => {
@@ -275,16 +267,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn regions_may_have_names() {
-        let area = Crop { x: 1, y: 2, width: 3, height: 4 };
-        assert_eq!(region("plate=1,2,3,4"), Ok(("plate".into(), area)));
-        assert_eq!(region("1,2,3,4"), Ok(("1,2,3,4".into(), area)));
-        for text in ["=1,2,3,4", "plate=", "plate=1,2,3", "plate=1,2,0,4"] {
-            assert!(region(text).is_err(), "{text}");
-        }
-    }
-
-    #[test]
     fn scenes_are_called_by_their_files_and_never_alike() {
         let paths = ["a/room.toml", "b/room.toml", "builtin:heavy:20000", "room.obj", "x"].map(PathBuf::from);
         assert_eq!(scene_names(&paths), ["room", "room-2", "heavy-20000", "room-3", "x"]);
@@ -309,6 +291,9 @@ mod tests {
         assert_eq!(found.iter().map(|case| case.light.as_str()).collect::<Vec<_>>(), ["all", "blue", "grey"]);
         let shining = |case: &Case| case.desc.materials.iter().filter(|m| m.emission != [0.0; 3]).count();
         assert_eq!(found.iter().map(shining).collect::<Vec<_>>(), [2, 1, 1]);
+        let one = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+        let flags = Flags::parse_from(["x", one, "--out", "x", "--only-light", "each"]).converge;
+        assert_eq!(cases_of(&Scene::load(one).unwrap(), "cornell", &flags).unwrap().len(), 1);
         let error = cases(&["red"]).err().unwrap().to_string();
         assert!(error.contains("its lights: blue, grey"), "{error}");
     }

@@ -1,14 +1,18 @@
 //! The bias of many runs together: the one figure that more samples do not lower.
 
 use crate::image::Image;
-use crate::report::analysis::statistics::{Estimate, deviation, mean};
+use crate::report::analysis::statistics::{Estimate, deviation};
 use crate::report::measure::experiment::Run;
 use crate::report::measure::metrics::{FLOOR, variance_of_channel_mean};
-use crate::report::measure::run_error::{PARTS, Pool, TILES, tile_of};
+use crate::report::measure::run_error::{PARTS, Pool, TILES, mean_bias, tile_of};
+use crate::report::measure::truth::white_noise;
 
-/// How far the expected picture is from the reference.
+/// Images of single precision agree to this share of their mean.
+const ROUNDING: f64 = 1e-6;
+
+/// How far the expected image is from the reference.
 pub struct Bias {
-    /// Mean of picture - reference over pixels and channels.
+    /// Mean of image - reference over pixels and channels.
     pub mean: f64,
     /// Its standard error.
     pub standard_error: f64,
@@ -39,7 +43,8 @@ pub fn bias_of(pool: &Pool, groups: &[Vec<&Run>], reference: &Image) -> Bias {
     let reference_mean = reference.pixels.iter().flatten().map(|v| *v as f64).sum::<f64>() / (3.0 * pixels);
     let floor = floor_of(pool, reference);
     let Some(pooled) = pool.image(reference.width, reference.height) else {
-        let (mean, standard_error) = weighed_mean(groups);
+        let of_reference = white_noise(reference) / pixels;
+        let (mean, standard_error) = mean_bias(groups.iter().flatten().map(|run| &run.error), of_reference);
         return Bias { mean, standard_error, reference_mean, floor, effective_pixels: pixels };
     };
     let (mut bias, mut own_sum, mut own_squares, mut theirs_sum) = (0.0, 0.0, 0.0, 0.0);
@@ -62,9 +67,14 @@ pub fn bias_of(pool: &Pool, groups: &[Vec<&Run>], reference: &Image) -> Bias {
 }
 
 impl Bias {
-    /// `mean` over its standard error; 0 where nothing varies.
+    /// `mean` over its standard error. Where nothing varies: 0 for the reference but for rounding, infinite for anything else.
     pub fn score(&self) -> f64 {
-        if self.standard_error > 0.0 { self.mean / self.standard_error } else { 0.0 }
+        let rounding = ROUNDING * self.reference_mean.abs();
+        match self.standard_error > 0.0 {
+            true => self.mean / self.standard_error,
+            false if self.mean.abs() <= rounding => 0.0,
+            false => f64::INFINITY.copysign(self.mean),
+        }
     }
 }
 
@@ -73,18 +83,7 @@ fn noise(reference: &Image, i: usize) -> [f32; 3] {
     reference.variance.as_ref().map_or([0.0; 3], |variance| variance[i])
 }
 
-/// The runs' biases weighed by the inverse of their variances, and the standard error of that mean.
-fn weighed_mean(groups: &[Vec<&Run>]) -> (f64, f64) {
-    let runs = || groups.iter().flatten().filter(|run| run.error.bias_se > 0.0);
-    let weight = |run: &&Run| run.error.bias_se.powi(-2);
-    let all: f64 = runs().map(&weight).sum();
-    if all == 0.0 {
-        return (mean(&groups.iter().flatten().map(|run| run.error.bias).collect::<Vec<_>>()), 0.0);
-    }
-    (runs().map(|run| weight(run) * run.error.bias).sum::<f64>() / all, all.powf(-0.5))
-}
-
-/// The squared relative bias of the pool's expected picture.
+/// The squared relative bias of the pool's expected image.
 ///
 /// Of independent parts k and l with errors d_k and d_l against the reference, the expectation of d_k d_l is the squared
 /// bias and the reference's variance, whatever the parts' own noise is: so it is the mean over all pairs of different parts,

@@ -1,4 +1,4 @@
-//! Pictures at equal time: what every configuration makes of the same CPU seconds.
+//! Images at equal time: what every configuration makes of the same CPU seconds.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,7 +12,7 @@ use crate::report::measure::metrics::{psnr, relative_errors};
 use crate::report::measure::run_error::measure;
 use crate::report::measure::truth::Reference;
 
-/// A picture of the report.
+/// An image of the report.
 pub struct Shown {
     /// Index of the case.
     pub case: usize,
@@ -30,13 +30,13 @@ pub struct Shown {
     pub psnr: Option<f64>,
     /// Its mean HDR-FLIP.
     pub flip: f64,
-    /// The picture.
+    /// The image.
     pub image: Image,
     /// The relative error of every pixel.
     pub errors: Vec<f64>,
 }
 
-/// The CPU seconds of all pictures of one case: the least that any configuration's largest budget takes.
+/// The CPU seconds of all images of one case: the least that any configuration's largest budget takes.
 fn seconds(experiment: &Experiment, findings: &[&Finding]) -> f64 {
     let own = findings.iter().filter(|finding| experiment.strategy(finding.configuration).is_some());
     let budget = experiment.budgets.len() - 1;
@@ -45,7 +45,7 @@ fn seconds(experiment: &Experiment, findings: &[&Finding]) -> f64 {
     own.filter_map(|finding| last(&finding)).fold(f64::INFINITY, f64::min)
 }
 
-/// A picture of every finding's configuration: our own rendered with a seed that no run has, fewer if `stop` is set; of
+/// An image of every finding's configuration: our own rendered with a seed that no run has, fewer if `stop` is set; of
 /// another renderer the one whose time is nearest.
 pub fn render(
     experiment: &Experiment,
@@ -77,7 +77,7 @@ pub fn render(
     shown
 }
 
-/// The picture of another renderer that took about `seconds`.
+/// The image of another renderer that took about `seconds`.
 fn nearest(experiment: &Experiment, finding: &Finding, seconds: f64, reference: &Image) -> Option<Shown> {
     let runs = experiment.others_runs.iter().zip(&experiment.others_images);
     let own = runs.filter(|(run, _)| (run.case, run.configuration) == (finding.case, finding.configuration));

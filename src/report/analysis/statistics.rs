@@ -1,4 +1,4 @@
-//! Statistics of repeated measurements: means with standard errors, Student's t, power laws.
+//! Statistics of repeated measurements: means with standard errors, Student's t.
 //!
 //! Every figure is a function of its data, so a report made twice from the same runs reads the same.
 
@@ -24,6 +24,13 @@ impl Interval {
     pub fn map(self, map: impl Fn(f64) -> f64) -> Interval {
         let (a, b) = (map(self.low), map(self.high));
         Interval { low: a.min(b), high: a.max(b) }
+    }
+    /// The interval of a product of two values above 0 that are known independently; that of a ratio, with the other turned
+    /// around ([`Interval::map`]). Intervals are taken as symmetric in the logarithm.
+    pub fn times(self, other: Interval) -> Interval {
+        let half = |of: Interval| (of.high / of.low).ln() / 2.0;
+        let center = (self.low * self.high * other.low * other.high).sqrt();
+        Interval::around_log(center, half(self).hypot(half(other)))
     }
     /// Whether `value` lies in it.
     pub fn contains(self, value: f64) -> bool {
@@ -100,6 +107,15 @@ pub fn simultaneous_95(count: usize) -> f64 {
     0.95f64.powf(1.0 / count.max(1) as f64)
 }
 
+/// The standard error of a logarithm, and its degrees of freedom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LogError {
+    /// The standard error.
+    pub deviation: f64,
+    /// Degrees of freedom of the standard error.
+    pub freedom: f64,
+}
+
 /// A mean of independent runs and how certain it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -143,15 +159,15 @@ impl Estimate {
         Estimate { standard_error: all.sqrt(), freedom, ..self }
     }
 
-    /// The standard error as a share of the mean, which is that of the mean's logarithm.
-    pub fn relative_error(self) -> f64 {
-        self.standard_error / self.mean.abs()
+    /// The standard error of the mean's logarithm.
+    pub fn of_logarithm(self) -> LogError {
+        LogError { deviation: self.standard_error / self.mean.abs(), freedom: self.freedom }
     }
 
     /// The 95 % interval of a mean that cannot be negative: symmetric in the logarithm, so that it never reaches 0; `None`
     /// where the mean is not above 0.
     pub fn interval_of_logarithm(self) -> Option<Interval> {
-        let half = student_quantile(0.95, self.freedom) * self.relative_error();
+        let half = student_quantile(0.95, self.freedom) * self.of_logarithm().deviation;
         (self.mean > 0.0 && half.is_finite()).then(|| Interval::around_log(self.mean, half))
     }
 
@@ -161,135 +177,9 @@ impl Estimate {
     }
 }
 
-/// A line through (ln x, ln y): y = exp(`constant`) x^`slope`.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct PowerLaw {
-    /// Logarithm of the value at x = 1.
-    pub constant: f64,
-    /// The exponent.
-    pub slope: f64,
-}
-
-impl PowerLaw {
-    /// The value at `x`.
-    pub fn at(self, x: f64) -> f64 {
-        (self.constant + self.slope * x.ln()).exp()
-    }
-    /// Where it takes the value `y`.
-    pub fn inverse(self, y: f64) -> f64 {
-        ((y.ln() - self.constant) / self.slope).exp()
-    }
-}
-
-/// How certain a fitted line is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct FitError {
-    /// Weighted mean of ln x, where the line is most certain.
-    center: f64,
-    /// Standard error of ln y there.
-    at_center: f64,
-    /// Standard error of the slope.
-    slope: f64,
-    /// Degrees of freedom of both.
-    freedom: f64,
-}
-
-/// A power law, how certain its slope is, and how well it describes the points.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Fit {
-    /// The line of least squares, points weighted by the inverse variance of their logarithms.
-    pub law: PowerLaw,
-    /// 95 % interval of the slope of this line of least squares, which exists whether or not the points lie on a line.
-    pub slope_interval: Option<Interval>,
-    /// Chi-square of the residuals by degrees of freedom; near 1 where the points lie on a line but for their noise. Where it
-    /// is larger than chance allows (1 %), what is read off the line elsewhere is less certain by its root.
-    pub misfit: Option<f64>,
-    #[serde(skip)]
-    error: Option<FitError>,
-}
-
-impl Fit {
-    /// Where the line takes the value `y`, and the 95 % interval of that place: that of the whole line, slope included, and
-    /// of `y` itself, whose relative standard error is `relative_error`.
-    pub fn inverse(&self, y: f64, relative_error: f64) -> (f64, Option<Interval>) {
-        let x = self.law.inverse(y);
-        let interval = self.error.map(|error| {
-            let along = error.slope * (x.ln() - error.center);
-            let of_line = error.at_center.hypot(along).hypot(relative_error);
-            Interval::around_log(x, student_quantile(0.95, error.freedom) * of_line / self.law.slope.abs())
-        });
-        (x, interval.filter(|interval| interval.high.is_finite() && interval.low > 0.0))
-    }
-}
-
-/// One x of a fit: the value there and how certain it is.
-#[derive(Clone, Copy, Debug)]
-pub struct FitPoint {
-    /// Samples or seconds.
-    pub x: f64,
-    /// Measured value, above 0.
-    pub y: f64,
-    /// Standard error of ln y and its degrees of freedom; `None` where there was one run only.
-    pub error: Option<(f64, f64)>,
-}
-
-/// Least deviation of ln y that is believed: no point rules the fit alone.
-const LEAST_DEVIATION: f64 = 1e-4;
-
-/// Fits a power law to measured points by least squares, weighted where all of them know their error; `None` below two
-/// different x. The slope's interval holds `confidence` (0.95, or more where several are to hold at once).
-///
-/// The points' errors give those of the line, and so of its slope as the mean slope over what was measured. Where the points
-/// lie further off than these errors explain (chi-square beyond its 99 % point), the law is an approximation, and what is read
-/// off it ([`Fit::inverse`]) is as uncertain as the scatter (Birge's ratio) with as many degrees of freedom as residuals.
-pub fn fit(points: &[FitPoint], confidence: f64) -> Option<Fit> {
-    let known = points.iter().all(|point| point.error.is_some());
-    let weight = |point: &FitPoint| match point.error {
-        Some((deviation, _)) if known => deviation.max(LEAST_DEVIATION).powi(-2),
-        _ => 1.0,
-    };
-    let sum = |term: &dyn Fn(&FitPoint) -> f64| points.iter().map(|point| weight(point) * term(point)).sum::<f64>();
-    let all = sum(&|_| 1.0);
-    let (center, height) = (sum(&|p| p.x.ln()) / all, sum(&|p| p.y.ln()) / all);
-    let spread = sum(&|p| (p.x.ln() - center).powi(2));
-    let slope = sum(&|p| (p.x.ln() - center) * (p.y.ln() - height)) / spread;
-    if spread.is_nan() || spread <= 0.0 || !slope.is_finite() {
-        return None;
-    }
-    let law = PowerLaw { constant: height - slope * center, slope };
-    if !known {
-        return Some(Fit { law, slope_interval: None, misfit: None, error: None });
-    }
-    let residuals = points.len() as f64 - 2.0;
-    let misfit = (residuals > 0.0).then(|| sum(&|p| (p.y / law.at(p.x)).ln().powi(2)) / residuals);
-    // Welch and Satterthwaite: the slope is a sum of the points' logarithms with these shares of its variance.
-    let share = |p: &FitPoint| weight(p) * (p.x.ln() - center).powi(2) / spread;
-    let lost: f64 = points.iter().filter_map(|p| Some(share(p).powi(2) / p.error?.1)).sum();
-    let half = student_quantile(confidence, lost.recip()) / spread.sqrt();
-    let (widening, freedom) = match misfit {
-        Some(misfit) if misfit > chi_square_99(residuals) / residuals => (misfit.sqrt(), residuals),
-        _ => (1.0, lost.recip()),
-    };
-    let error = FitError { center, at_center: widening / all.sqrt(), slope: widening / spread.sqrt(), freedom };
-    Some(Fit { law, slope_interval: Some(Interval::around(slope, half)), misfit, error: Some(error) })
-}
-
-/// The 99 % point of chi-square with `freedom` degrees of freedom (Wilson and Hilferty 1931; within 3 % from 1 on).
-fn chi_square_99(freedom: f64) -> f64 {
-    let part = 2.0 / (9.0 * freedom);
-    freedom * (1.0 - part + 2.326_347_9 * part.sqrt()).powi(3)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampler::{random_words, unit};
-
-    /// Sums of 12 uniform numbers less 6: mean 0, variance 1, nearly normal.
-    fn normal(stream: u32, index: u32) -> f64 {
-        let words = (0..3).flat_map(|block| random_words(stream, index, block, 99));
-        words.map(|word| unit(word) as f64).sum::<f64>() - 6.0
-    }
 
     #[test]
     fn means_and_deviations_of_a_few_numbers() {
@@ -297,6 +187,8 @@ mod tests {
         let interval = Interval::around_log(10.0, 2f64.ln());
         assert!((interval.low - 5.0).abs() < 1e-12 && (interval.high - 20.0).abs() < 1e-12);
         assert_eq!(Interval { low: 4.0, high: 16.0 }.map(f64::sqrt), Interval { low: 2.0, high: 4.0 });
+        let product = Interval::around_log(2.0, 0.3).times(Interval::around_log(5.0, 0.4));
+        assert!((product.low / (10.0 * (-0.5f64).exp()) - 1.0).abs() < 1e-12, "{product:?}");
         assert_eq!(Interval { low: 2.0, high: 4.0 }.map(f64::recip), Interval { low: 0.25, high: 0.5 });
     }
 
@@ -316,10 +208,6 @@ mod tests {
         for (count, expected) in [(1, 1.959963984540054), (9, 2.765529584339756)] {
             assert!((student_quantile(simultaneous_95(count), f64::INFINITY) - expected).abs() < 1e-9, "{count}");
         }
-        // Tables of chi-square: 6.635, 11.345, 23.209.
-        for (freedom, expected) in [(1.0, 6.635), (3.0, 11.345), (10.0, 23.209)] {
-            assert!((chi_square_99(freedom) / expected - 1.0).abs() < 0.03, "{freedom}: {}", chi_square_99(freedom));
-        }
     }
 
     #[test]
@@ -334,40 +222,5 @@ mod tests {
         assert_eq!(sure.interval(), Interval { low: 3.0, high: 3.0 });
         assert_eq!(sure.and(0.25).standard_error, 0.5);
         assert_eq!(Estimate { mean: 0.0, ..sure }.interval_of_logarithm(), None);
-    }
-
-    #[test]
-    fn a_power_law_is_found_again() {
-        let point = |x: f64| FitPoint { x, y: 3.0 * x.powf(-0.7), error: Some((0.01 * x, 50.0)) };
-        let found = fit(&[1.0, 4.0, 16.0].map(point), 0.95).unwrap();
-        assert!((found.law.slope + 0.7).abs() < 1e-12 && (found.law.at(1.0) - 3.0).abs() < 1e-12);
-        assert!((found.law.inverse(found.law.at(7.0)) - 7.0).abs() < 1e-9);
-        let (x, interval) = found.inverse(found.law.at(700.0), 0.0);
-        let interval = interval.unwrap();
-        assert!((x / 700.0 - 1.0).abs() < 1e-9 && interval.contains(x) && interval.high / interval.low > 1.05);
-        let twice = FitPoint { x: 2.0, y: 1.0, error: None };
-        assert!(fit(&[twice, twice], 0.95).is_none() && fit(&[], 0.95).is_none());
-        let single = [(1.0, 1.0), (2.0, 0.5)].map(|(x, y)| FitPoint { x, y, error: None });
-        let found = fit(&single, 0.95).unwrap();
-        assert_eq!((found.slope_interval, found.inverse(0.25, 0.0).1), (None, None));
-    }
-
-    #[test]
-    fn points_off_the_line_widen_what_is_read_off_it() {
-        let width = |interval: Interval| (interval.high / interval.low).ln();
-        let beyond = |fit: &Fit| width(fit.inverse(fit.law.at(1e3), 0.0).1.unwrap());
-        let point =
-            |i: i32, factor: f64| FitPoint { x: 4f64.powi(i), y: 4f64.powi(-i) * factor, error: Some((0.01, 1e9)) };
-        let bent = fit(&[0, 1, 2, 3].map(|i| point(i, 1.0 + 0.01 * 4f64.powi(i))), 0.95).unwrap();
-        let straight = fit(&[0, 1, 2, 3].map(|i| point(i, 1.0)), 0.95).unwrap();
-        assert!(bent.misfit.unwrap() > 10.0 && beyond(&bent) > 3.0 * beyond(&straight), "{bent:?}");
-        // The slope of the line is known as well as before: 0.01 over the spread of the logarithms.
-        for found in [bent, straight] {
-            let half = found.slope_interval.map(|i| (i.high - i.low) / 2.0).unwrap();
-            assert!((half / 1.96 - 0.01 / (5f64.sqrt() * 4f64.ln())).abs() < 1e-5, "{found:?}");
-        }
-        // Pure noise is no misfit.
-        let noise = fit(&[0, 1, 2, 3].map(|i| point(i, 1.0 + 0.01 * normal(5, i as u32))), 0.95).unwrap();
-        assert!((beyond(&noise) / beyond(&straight) - 1.0).abs() < 0.1, "{noise:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Scenes whose picture is known without rendering: furnaces.
+//! Scenes whose image is known without rendering: furnaces.
 //!
 //! Inside a closed surface that everywhere emits E and diffusely reflects the fraction a of what arrives, the radiance is
 //! the same in every direction from every point: L = E + a L, so L = E / (1 - a). Cut after N scattering events it is

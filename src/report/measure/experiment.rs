@@ -15,9 +15,9 @@ use crate::film::sealed;
 use crate::fingerprint::Fingerprint;
 use crate::image::Image;
 use crate::render::render_with;
-use crate::report::measure::run_error::{Measured, Pool, Region, measure};
+use crate::report::measure::run_error::{Measured, Pool, Region, mean_bias, measure};
 use crate::report::measure::spectrum::{Spectrum, error_image, error_spectrum};
-use crate::report::measure::truth::Reference;
+use crate::report::measure::truth::{Reference, white_noise};
 use crate::scene::SceneDesc;
 use crate::settings::{Engine, Lights, Sampler, Settings};
 use crate::stats::{StageStats, Stats};
@@ -82,7 +82,7 @@ pub struct Experiment {
     pub others: Vec<String>,
     /// What other renderers made, measured.
     pub others_runs: Vec<Run>,
-    /// The pictures of `others_runs`.
+    /// The images of `others_runs`.
     pub others_images: Vec<Image>,
     /// The budgets, ascending, at least one.
     pub budgets: Vec<Budget>,
@@ -94,7 +94,7 @@ pub struct Experiment {
     pub settings: Settings,
     /// Parts of the film whose error is measured by itself.
     pub regions: Vec<Region>,
-    /// Stops of exposure at which pictures are shown, and compared as they are seen (PSNR, FLIP).
+    /// Stops of exposure at which images are shown, and compared as they are seen (PSNR, FLIP).
     pub exposure: f64,
 }
 
@@ -105,7 +105,8 @@ pub struct Run {
     pub case: usize,
     /// Index of the configuration.
     pub configuration: usize,
-    /// Index of the budget.
+    /// Index of the budget; from the number of budgets on, of a run that reaches for an error. Of another renderer its samples a
+    /// pixel, or where they are not known a number of its own.
     pub budget: usize,
     /// Number of the repeat, from 0.
     pub repeat: u32,
@@ -136,7 +137,7 @@ pub struct Run {
 pub struct Measurements {
     /// Finished runs, in the order in which they ran.
     pub runs: Vec<Run>,
-    /// By case and configuration: the runs' pictures, added up.
+    /// By case and configuration: the runs' images, added up.
     pub pools: Vec<Vec<Pool>>,
 }
 
@@ -151,6 +152,8 @@ pub const REFERENCE_SEEDS: u32 = 1 << 31;
 const REACHING_REPEATS: u32 = 2;
 /// The most by which samples grow in one step towards an error: the law of few samples does not lead far.
 const REACHING_GROWTH: f64 = 32.0;
+/// A bias of so many standard errors ends the way to an error.
+const REACHING_BIAS: f64 = 5.0;
 /// What the samples foreseen for an error are multiplied by, so that one step mostly does.
 const REACHING_MARGIN: f64 = 1.1;
 
@@ -275,7 +278,7 @@ impl Experiment {
         stop: &AtomicBool,
         told: &mut dyn FnMut(&Measurements),
     ) -> bool {
-        while let Some(place) = self.next(&done.runs) {
+        while let Some(place) = self.next(&done.runs, references) {
             let case = &self.cases[place.case];
             let settings = self.settings_of(case, self.configurations[place.configuration], place.budget, place.seed);
             let go_on = |_| !stop.load(Ordering::Relaxed);
@@ -291,11 +294,16 @@ impl Experiment {
         true
     }
 
+    /// How many of `runs` are those that the budgets ask for.
+    pub fn asked_of(&self, runs: &[Run]) -> usize {
+        runs.iter().filter(|run| run.budget < self.budgets.len()).count()
+    }
+
     /// The run that comes after `runs`; `None` if all are made.
-    fn next(&self, runs: &[Run]) -> Option<Place> {
-        let (number, configurations, cases) = (runs.len(), self.configurations.len(), self.cases.len());
+    fn next(&self, runs: &[Run], references: &[Reference]) -> Option<Place> {
+        let (number, configurations, cases) = (self.asked_of(runs), self.configurations.len(), self.cases.len());
         if number >= self.run_count() {
-            return self.next_to_reach(runs);
+            return self.next_to_reach(runs, references);
         }
         let (configuration, round) = (number % configurations, number / configurations);
         let (case, round) = (round % cases, round / cases);
@@ -304,38 +312,58 @@ impl Experiment {
         Some(Place { case, configuration, budget_index, budget: self.budgets[budget_index], repeat, seed })
     }
 
-    /// The next run of a configuration whose error is above [`Experiment::reach`]: its last budget again, until that has its
-    /// repeats, or a larger one.
-    fn next_to_reach(&self, runs: &[Run]) -> Option<Place> {
+    /// The next run of a configuration that reaches for [`Experiment::reach`], in their order.
+    fn next_to_reach(&self, runs: &[Run], references: &[Reference]) -> Option<Place> {
         let target = self.reach?;
-        for case in 0..self.cases.len() {
-            for (configuration, of) in self.configurations.iter().enumerate() {
-                if of.strategy.is_biased() {
-                    continue;
-                }
-                let own: Vec<&Run> =
-                    runs.iter().filter(|run| (run.case, run.configuration) == (case, configuration)).collect();
-                let Some(last) = own.iter().map(|run| run.budget).max() else { continue };
-                let group: Vec<&&Run> = own.iter().filter(|run| run.budget == last).collect();
-                let step = (last + 1).saturating_sub(self.budgets.len()) as u32;
-                let place = |budget_index: usize, spp: u32, repeat: u32| {
-                    let step = (budget_index + 1 - self.budgets.len()) as u32;
-                    let seed = self.settings.seed.wrapping_add(REACHING_SEEDS + step * REACHING_REPEATS + repeat);
-                    Some(Place { case, configuration, budget_index, budget: Budget::Spp(spp), repeat, seed })
-                };
-                let spp = group.iter().map(|run| run.spp).max().unwrap_or(1);
-                if step > 0 && (group.len() as u32) < REACHING_REPEATS {
-                    return place(last, spp, group.len() as u32);
-                }
-                let relmse = group.iter().map(|run| run.error.relmse).sum::<f64>() / group.len() as f64;
-                let growth = REACHING_MARGIN * relmse / (target * target);
-                if growth > REACHING_MARGIN {
-                    return place(last + 1, more_samples(spp, growth)?, 0);
-                }
-            }
-        }
-        None
+        let exact = |configuration: &usize| !self.configurations[*configuration].strategy.is_biased();
+        let all = (0..self.cases.len()).flat_map(|case| (0..self.configurations.len()).map(move |own| (case, own)));
+        all.filter(|(_, configuration)| exact(configuration)).find_map(|(case, configuration)| {
+            let of = |run: &&Run| (run.case, run.configuration) == (case, configuration);
+            let own: Vec<&Run> = runs.iter().filter(of).collect();
+            let step = next_step(&own, self.budgets.len(), target, &references[case])?;
+            let number = (step.budget + 1 - self.budgets.len()) as u32;
+            let seed = self.settings.seed.wrapping_add(REACHING_SEEDS + number * REACHING_REPEATS + step.repeat);
+            let budget = Budget::Spp(step.spp);
+            Some(Place { case, configuration, budget_index: step.budget, budget, repeat: step.repeat, seed })
+        })
     }
+}
+
+/// A run that reaches for an error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Step {
+    budget: usize,
+    spp: u32,
+    repeat: u32,
+}
+
+/// What comes after the runs of one configuration: its last budget again, until that has its repeats, or a larger one. `None`
+/// where the error `target` is reached, and where it is out of reach: the runs are biased, or more samples lower the error by
+/// less than a third of what independent ones would (in the logarithm), or no render has so many.
+fn next_step(own: &[&Run], budgets: usize, target: f64, reference: &Reference) -> Option<Step> {
+    let last = own.iter().map(|run| run.budget).max()?;
+    let group = |budget: usize| own.iter().filter(move |run| run.budget == budget);
+    let spp = |budget: usize| group(budget).map(|run| run.spp).max().unwrap_or(1);
+    let relmse = |budget: usize| group(budget).map(|run| run.error.relmse).sum::<f64>() / group(budget).count() as f64;
+    let repeat = group(last).count() as u32;
+    if last >= budgets && repeat < REACHING_REPEATS {
+        return Some(Step { budget: last, spp: spp(last), repeat });
+    }
+    let growth = REACHING_MARGIN * relmse(last) / (target * target);
+    // Also false where the error is not a number.
+    let above = growth > REACHING_MARGIN;
+    let pixels = reference.image.pixels.len() as f64;
+    let (bias, error) = mean_bias(own.iter().map(|run| &run.error), white_noise(&reference.image) / pixels);
+    let biased = bias.abs() > REACHING_BIAS * error;
+    let stuck = last >= budgets && {
+        let (before, after) = (last - 1, last);
+        let expected = f64::from(spp(after)) / f64::from(spp(before));
+        (relmse(before) / relmse(after)).ln() < expected.ln() / 3.0
+    };
+    if !above || biased || stuck {
+        return None;
+    }
+    Some(Step { budget: last + 1, spp: more_samples(spp(last), growth)?, repeat: 0 })
 }
 
 /// `spp` grown by `growth`, at least doubled, to four times a whole number; `None` beyond what a render can have.
@@ -388,5 +416,54 @@ impl Place {
             faults: stats.nonfinite + stats.guarded,
             spectrum: spectrum_of(image, &reference.image),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::measure::truth::Source;
+
+    fn reference() -> Reference {
+        let image = Image { width: 4, height: 4, pixels: vec![[1.0; 3]; 16], ..Image::default() };
+        Reference { image, source: Source::ClosedForm }
+    }
+
+    fn run(budget: usize, repeat: u32, spp: u32, relmse: f64, bias: f64) -> Run {
+        let truth = reference().image;
+        let error = Measured { relmse, bias, bias_se: 0.01, ..measure(&truth, &truth, &[]) };
+        Run {
+            case: 0,
+            configuration: 0,
+            budget,
+            repeat,
+            seed: 0,
+            spp,
+            seconds: 1.0,
+            cpu_seconds: 1.0,
+            error,
+            rays: [0; 3],
+            lanes_used: None,
+            walk_lanes_used: None,
+            faults: 0,
+            spectrum: spectrum_of(&truth, &truth),
+        }
+    }
+
+    #[test]
+    fn an_error_is_reached_for_as_long_as_that_makes_sense() {
+        let next = |runs: &[Run], target: f64| next_step(&runs.iter().collect::<Vec<_>>(), 1, target, &reference());
+        // 16 samples: 10 %. To 5 % it is four times as many and a margin of 10 %.
+        let first = [run(0, 0, 16, 0.01, 0.0), run(0, 1, 16, 0.01, 0.0)];
+        assert_eq!(next(&first, 0.1), None);
+        assert_eq!(next(&first, 0.05), Some(Step { budget: 1, spp: 72, repeat: 0 }));
+        let with = |more: &[Run]| [&first[..], more].concat();
+        assert_eq!(next(&with(&[run(1, 0, 72, 0.004, 0.0)]), 0.05), Some(Step { budget: 1, spp: 72, repeat: 1 }));
+        let twice = |relmse: f64, bias: f64| with(&[run(1, 0, 72, relmse, bias), run(1, 1, 72, relmse, bias)]);
+        assert_eq!(next(&twice(0.0025, 0.0), 0.05), None);
+        assert_eq!(next(&twice(0.003, 0.0), 0.05), Some(Step { budget: 2, spp: 144, repeat: 0 }));
+        // Its error does not fall, or it comes to another image.
+        assert_eq!((next(&twice(0.0095, 0.0), 0.05), next(&twice(0.003, 0.06), 0.05)), (None, None));
+        assert_eq!(next(&twice(f64::NAN, 0.0), 0.05), None);
     }
 }

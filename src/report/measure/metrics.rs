@@ -1,6 +1,6 @@
-//! How far one picture is from another.
+//! How far one image is from another.
 //!
-//! Picture A is judged by picture B, the reference; both linear Rec.709. Sums run over all pixels and channels:
+//! Image A is judged by image B, the reference; both linear Rec.709. Sums run over all pixels and channels:
 //!
 //! - `mse`: mean of (a - b)^2; `rmse` its root.
 //! - `relmse`: mean of (a - b)^2 / (b^2 + 0.01): the error relative to what is there, held finite where that is black. Its
@@ -8,10 +8,10 @@
 //! - `mape`: mean of |a - b| / (|b| + 0.01).
 //! - `psnr`: the peak signal-to-noise ratio of the display images in dB, -10 log10 of the mean of (a' - b')^2 over pixels and
 //!   channels, where a' is radiance times 2^exposure, cut to [0, 1] and sRGB-encoded: the peak is 1, nothing is rounded to 8
-//!   bits. The exposure is 0 in [`compare`]. It says how close two pictures look on one display, not how far their radiance is
+//!   bits. The exposure is 0 in [`compare`]. It says how close two images look on one display, not how far their radiance is
 //!   apart: what is brighter than white is cut in both. Noise of the reference is not subtracted.
 //! - `bias_z`: the difference of the two mean values, over its standard error. Noise alone stays below 3 in 997 of 1,000
-//!   comparisons; a larger figure says that the pictures have different expected values.
+//!   comparisons; a larger figure says that the images have different expected values.
 //!
 //! A reference that was itself rendered carries noise: E (a - b)^2 = E (a - t)^2 + var b for the truth t, if A and B are
 //! independent. Where B says what its variance is, `mse` and `relmse` have that subtracted, and `mse_raw` and `relmse_raw`
@@ -23,7 +23,7 @@ use crate::image::Image;
 /// What is added to b^2 in relMSE, and to |b| in MAPE, so that black pixels count and do not rule.
 pub const FLOOR: f64 = 0.01;
 
-/// The error of a picture against a reference.
+/// The error of an image against a reference.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Metrics {
     /// Mean squared error, the reference's noise subtracted; not below 0.
@@ -36,13 +36,13 @@ pub struct Metrics {
     pub mape: f64,
     /// Peak signal-to-noise ratio of the display images at exposure 0, in dB; `null` where they agree exactly.
     pub psnr: Option<f64>,
-    /// Mean of picture A, per channel.
+    /// Mean of image A, per channel.
     pub mean_a: [f64; 3],
-    /// Mean of picture B, per channel.
+    /// Mean of image B, per channel.
     pub mean_b: [f64; 3],
     /// Mean of A - B over pixels and channels.
     pub bias: f64,
-    /// The standard error of `bias`, from the pictures' variance layers; `null` where neither has any.
+    /// The standard error of `bias`, from the images' variance layers; `null` where neither has any.
     pub bias_se: Option<f64>,
     /// `bias / bias_se`.
     pub bias_z: Option<f64>,
@@ -56,14 +56,14 @@ pub struct Metrics {
     pub noise_relmse: f64,
 }
 
-/// Why two pictures cannot be compared.
+/// Why two images cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// Their sizes differ: (width, height) of A and of B.
     Size((u32, u32), (u32, u32)),
     /// A value that is not finite, or a variance that is not finite and at least 0.
     Value {
-        /// In picture B.
+        /// In image B.
         in_b: bool,
         /// In the variance layers.
         in_variance: bool,
@@ -123,7 +123,7 @@ pub fn compare(a: &Image, b: &Image) -> Result<Metrics, Fault> {
     })
 }
 
-/// The standard error of the difference of the pictures' means over pixels and channels; `None` if neither has variance
+/// The standard error of the difference of the images' means over pixels and channels; `None` if neither has variance
 /// layers (one without counts as exact).
 ///
 /// Pixels are independent; the channels of one are not, since one path brings light of all three colours. Their covariances
@@ -148,7 +148,7 @@ pub fn variance_of_channel_mean(variance: &[f32; 3]) -> f64 {
 /// The peak signal-to-noise ratio of the display images of `a` and `b` after `exposure` stops, in dB; `None` where they agree
 /// exactly.
 ///
-/// The pictures have the same size and finite values ([`check`]).
+/// The images have the same size and finite values ([`check`]).
 pub fn psnr(a: &Image, b: &Image, exposure: f64) -> Option<f64> {
     let scale = libm::exp2(exposure);
     let display = |radiance: f32| srgb_from_linear((radiance as f64 * scale).clamp(0.0, 1.0));
@@ -242,12 +242,12 @@ mod tests {
         near(m.mse, 0.25 - 0.065);
         near(m.noise_relmse, (0.04 / 1.01 + 0.09 / 4.01) / 2.0);
         near(m.relmse, m.relmse_raw - m.noise_relmse);
-        // Grey pixels: the variance of the mean of the picture is (0.04 + 0.09 + 0.12 + 0.11) / 2^2.
+        // Grey pixels: the variance of the mean of the image is (0.04 + 0.09 + 0.12 + 0.11) / 2^2.
         near(m.bias_se.unwrap(), 0.3);
         near(m.bias_z.unwrap(), 0.5 / 0.3);
         // Variances of (0.01, 0.04, 0.09), fully correlated: deviations 0.1, 0.2, 0.3 have the mean 0.2.
         near(variance_of_channel_mean(&[0.01, 0.04, 0.09]), 0.04);
-        // The same picture twice: the difference is 0, whatever the noise is said to be.
+        // The same image twice: the difference is 0, whatever the noise is said to be.
         let same = compare(&b, &b).unwrap();
         assert_eq!((same.mse, same.relmse, same.mape, same.bias_z), (0.0, 0.0, 0.0, Some(0.0)));
     }

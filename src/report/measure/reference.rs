@@ -1,8 +1,11 @@
-//! The picture that runs are measured against: a closed form, a file, or a long render of its own.
+//! The image that runs are measured against: a closed form, a file, or a long render of its own.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use serde::{Deserialize, Serialize};
+
+use crate::film::sealed;
 use crate::image::Image;
 use crate::render::render_with;
 use crate::report::measure::closed_form;
@@ -34,42 +37,84 @@ pub fn key(case: &Case, experiment: &Experiment, how: Configuration, budget: Bud
     recipe.line()
 }
 
-/// Renders the reference of `case`: `budget` in all, in [`PARTS`] parts with a seed each. `None` if `stop` was set.
-/// `told` hears how many parts are done.
+/// The parts of a reference that are done.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Parts {
+    /// Samples a pixel of each.
+    spp: u32,
+    seconds: f64,
+    cpu_seconds: f64,
+    #[serde(skip)]
+    pixels: Vec<Vec<[f32; 3]>>,
+}
+
+const MAGIC: &str = "octray unfinished reference, version 1";
+
+impl Parts {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.pixels.len()
+    }
+
+    /// Keeps the parts in `path`, so that the reference of the same `key` can go on.
+    ///
+    /// # Errors
+    /// [`crate::Error::Write`].
+    pub fn keep(&self, key: &str, path: &Path) -> crate::Result<()> {
+        let numbers = self.pixels.iter().flatten().flatten().map(|value| f64::from(*value));
+        sealed::write(path, MAGIC, &(key.to_owned(), self.clone()), numbers)
+    }
+
+    /// The parts kept in `path` for `key`, of images of so many pixels; none if they are of something else, or damaged.
+    pub fn kept(key: &str, pixels: usize, path: &Path) -> Parts {
+        let read = || {
+            let ((found, parts), numbers) = sealed::read::<(String, Parts)>(path, MAGIC).ok()??;
+            let pixel = |value: &[f64; 3]| value.map(|value| value as f32);
+            let images = numbers.chunks(3 * pixels.max(1)).map(|part| part.as_chunks().0.iter().map(pixel).collect());
+            let images: Vec<Vec<[f32; 3]>> = images.collect();
+            let whole = images.len() < PARTS as usize && images.iter().all(|image| image.len() == pixels);
+            (found == key && whole && parts.spp > 0).then_some(Parts { pixels: images, ..parts })
+        };
+        read().unwrap_or_default()
+    }
+}
+
+/// Renders the reference of `case`: `budget` in all, in [`PARTS`] parts with a seed each, those that `parts` lacks. `None` if
+/// `stop` was set; `parts` then holds what is done. `told` hears how many parts are done.
 pub fn render(
     case: &Case,
     experiment: &Experiment,
     how: Configuration,
     budget: Budget,
+    parts: &mut Parts,
     stop: &AtomicBool,
     told: &dyn Fn(u32),
 ) -> Option<Reference> {
-    let (mut seconds, mut cpu_seconds, mut parts) = (0.0, 0.0, Vec::new());
-    let mut each = match budget {
-        Budget::Spp(spp) => Budget::Spp(spp.div_ceil(PARTS)),
-        Budget::Time(time) => Budget::Time(time / PARTS),
-    };
-    let mut spp = 0;
-    for part in 0..PARTS {
+    for part in parts.count() as u32..PARTS {
+        // Equal parts: what the first reaches in its time, the others take.
+        let each = match budget {
+            _ if part > 0 => Budget::Spp(parts.spp),
+            Budget::Spp(spp) => Budget::Spp(spp.div_ceil(PARTS)),
+            Budget::Time(time) => Budget::Time(time / PARTS),
+        };
         let seed = experiment.settings.seed.wrapping_add(REFERENCE_SEEDS + part);
         let settings = experiment.settings_of(case, how, each, seed);
         let render = render_with(&case.scene, &settings, &|_| !stop.load(Ordering::Relaxed));
         if stop.load(Ordering::Relaxed) {
             return None;
         }
-        // Equal parts: what the first reaches in its time, the others take.
-        each = Budget::Spp(render.film.spp);
-        spp += render.film.spp;
-        seconds += render.stats.render_s;
-        cpu_seconds += render.stats.cpu_s;
-        parts.push(render.film.to_image().pixels);
+        parts.spp = render.film.spp;
+        parts.seconds += render.stats.render_s;
+        parts.cpu_seconds += render.stats.cpu_s;
+        parts.pixels.push(render.film.to_image().pixels);
         told(part + 1);
     }
-    let (pixels, variance) = mean_and_variance(&parts);
+    let (pixels, variance) = mean_and_variance(&parts.pixels);
     let (width, height) = experiment.film();
     let image = Image { width, height, pixels, variance: Some(variance), ..Image::default() };
     let (strategy, lights, sampler) = (how.strategy.name(), how.lights.name(), how.sampler.name());
-    let source = Source::Rendered { strategy, lights, sampler, spp, seconds, cpu_seconds, cached: false };
+    let Parts { seconds, cpu_seconds, spp, .. } = *parts;
+    let source = Source::Rendered { strategy, lights, sampler, spp: PARTS * spp, seconds, cpu_seconds, cached: false };
     Some(Reference { image, source })
 }
 
@@ -128,6 +173,21 @@ pub fn kept(path: &Path, key: &str, how: Configuration) -> Option<Reference> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_that_were_kept_are_taken_for_the_same_reference_only() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("reference.unfinished");
+        let image = |value: f32| vec![[value, 0.1, -value]; 6];
+        let parts = Parts { spp: 4, seconds: 1.5, cpu_seconds: 3.0, pixels: vec![image(0.3), image(1e30)] };
+        parts.keep("key", &path).unwrap();
+        let again = Parts::kept("key", 6, &path);
+        assert_eq!((again.count(), again.spp, again.cpu_seconds), (2, 4, 3.0));
+        assert_eq!(again.pixels, parts.pixels);
+        assert_eq!((Parts::kept("other", 6, &path).count(), Parts::kept("key", 5, &path).count()), (0, 0));
+        std::fs::write(&path, "nonsense").unwrap();
+        assert_eq!(Parts::kept("key", 6, &path).count(), 0);
+    }
 
     #[test]
     fn parts_make_a_mean_and_its_variance() {

@@ -27,7 +27,7 @@ pub struct Region {
     pub area: Crop,
 }
 
-/// The error of a picture. Noise of the reference is subtracted and nothing is cut at 0, so means over runs are unbiased.
+/// The error of an image. Noise of the reference is subtracted and nothing is cut at 0, so means over runs are unbiased.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Mean squared error.
@@ -36,7 +36,7 @@ pub struct Measured {
     pub relmse: f64,
     /// relMSE of the pixels but for the worst of every [`TRIMMED`]: what a few outliers do not decide.
     pub relmse_trimmed: f64,
-    /// Mean of picture - reference over pixels and channels.
+    /// Mean of image - reference over pixels and channels.
     pub bias: f64,
     /// Standard error of `bias`.
     pub bias_se: f64,
@@ -49,7 +49,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// The score of the bias; 0 where picture and reference agree exactly.
+    /// The score of the bias; 0 where image and reference agree exactly.
     pub fn bias_z(&self) -> f64 {
         if self.bias_se > 0.0 { self.bias / self.bias_se } else { 0.0 }
     }
@@ -115,7 +115,7 @@ fn inside(area: Crop, x: u32, y: u32) -> bool {
     (area.x..area.x + area.width).contains(&x) && (area.y..area.y + area.height).contains(&y)
 }
 
-/// Sum over pixels of the variance of (picture - reference), channels averaged. `None` where the picture's own is unknown
+/// Sum over pixels of the variance of (image - reference), channels averaged. `None` where the image's own is unknown
 /// (a sample a pixel): then the squared differences stand for it, which overstates it where there is bias, so a score
 /// errs towards 0.
 fn known_variance(image: &Image, reference: &Image) -> Option<f64> {
@@ -124,29 +124,48 @@ fn known_variance(image: &Image, reference: &Image) -> Option<f64> {
     Some(own + sum(reference).unwrap_or(0.0))
 }
 
+/// The mean of the biases of runs against one reference, weighed by the inverse of their variances, and its standard error.
+/// `of_reference` is the part of each variance that the reference's noise makes: it is the same in all runs, and counts once.
+pub fn mean_bias<'a>(runs: impl Iterator<Item = &'a Measured>, of_reference: f64) -> (f64, f64) {
+    let (mut count, mut plain, mut sum, mut weights) = (0.0, 0.0, 0.0, 0.0);
+    for run in runs {
+        count += 1.0;
+        plain += run.bias;
+        let own = run.bias_se * run.bias_se - of_reference;
+        if own > 0.0 {
+            sum += run.bias / own;
+            weights += 1.0 / own;
+        }
+    }
+    match weights > 0.0 {
+        true => (sum / weights, (1.0 / weights + of_reference).sqrt()),
+        false => (plain / f64::max(count, 1.0), of_reference.sqrt()),
+    }
+}
+
 /// Independent parts of a [`Pool`]: three, the least whose spread tells an error in every tile by itself.
 pub const PARTS: usize = 3;
 
-/// Pictures of one configuration added up, each as often as it has samples: the least noisy picture all runs make together,
+/// Images of one configuration added up, each as often as it has samples: the least noisy image all runs make together,
 /// in [`PARTS`] independent parts. Repeats take parts in turn.
 #[derive(Clone, Debug, Default)]
 pub struct Pool {
     /// Samples a pixel in each part.
     samples: [f64; PARTS],
-    /// By part, the sum of samples x picture.
+    /// By part, the sum of samples x image.
     sums: [Vec<[f64; 3]>; PARTS],
     /// Over all parts: sum of samples^2 x variance of the mean.
     variance: Vec<[f64; 3]>,
 }
 
 impl Pool {
-    /// Empty, for pictures of so many pixels.
+    /// Empty, for images of so many pixels.
     pub fn new(pixels: usize) -> Pool {
         let zeros = || vec![[0.0; 3]; pixels];
         Pool { samples: [0.0; PARTS], sums: std::array::from_fn(|_| zeros()), variance: zeros() }
     }
 
-    /// Adds the picture of one repeat, of `spp` samples a pixel, if it knows its variance.
+    /// Adds the image of one repeat, of `spp` samples a pixel, if it knows its variance.
     pub fn add(&mut self, image: &Image, repeat: u32, spp: u32) {
         let Some(variance) = image.variance.as_ref().filter(|_| spp > 1) else { return };
         let (weight, part) = (spp as f64, repeat as usize % PARTS);
@@ -188,7 +207,7 @@ impl Pool {
         self.samples.iter().sum()
     }
 
-    /// The picture and its variance; `None` if there is none.
+    /// The image and its variance; `None` if there is none.
     pub fn image(&self, width: u32, height: u32) -> Option<Image> {
         let samples = self.samples();
         if samples == 0.0 {
@@ -201,7 +220,7 @@ impl Pool {
         Some(Image { width, height, pixels, variance: Some(variance), ..Image::default() })
     }
 
-    /// The parts that have samples: how many, and the sum of samples x picture of pixel `i`, channel `c`.
+    /// The parts that have samples: how many, and the sum of samples x image of pixel `i`, channel `c`.
     pub fn parts(&self) -> impl Iterator<Item = (f64, &[[f64; 3]])> {
         let parts = self.samples.iter().copied().zip(self.sums.iter().map(Vec::as_slice));
         parts.filter(|(samples, _)| *samples > 0.0)
@@ -263,7 +282,7 @@ mod tests {
 
     #[test]
     fn the_noise_of_the_reference_vanishes_on_average() {
-        // Truth 1, 2, 0.5; picture and reference both with noise 0.01: what is left is the picture's.
+        // Truth 1, 2, 0.5; image and reference both with noise 0.01: what is left is the image's.
         let mse = |seed: u32| measure(&noisy(seed, 64, 64, 0.01), &noisy(seed + 100, 64, 64, 0.01), &[]).mse;
         let mean = (0..20).map(mse).sum::<f64>() / 20.0;
         // 20 x 12288 squares of a deviation of 0.02: a standard error of 0.00004.
@@ -280,6 +299,17 @@ mod tests {
         // The channels of this noise are independent: a third of the variance that full correlation would have.
         assert!((told * 3f64.sqrt() / known - 1.0).abs() < 0.05, "{told} {known}");
         assert_eq!(measure(&truth, &truth, &[]).bias_z(), 0.0);
+    }
+
+    #[test]
+    fn the_reference_counts_once_in_the_bias_of_many_runs() {
+        let blank = measure(&noisy(1, 1, 1, 0.0), &noisy(1, 1, 1, 0.0), &[]);
+        let run = |bias: f64, bias_se: f64| Measured { bias, bias_se, ..blank.clone() };
+        // Own variances 1 and 3, the reference's 0.5: weights 1 and 1 / 3.
+        let runs = [run(1.0, 1.5f64.sqrt()), run(5.0, 3.5f64.sqrt())];
+        let (mean, error) = mean_bias(runs.iter(), 0.5);
+        assert!((mean - 2.0).abs() < 1e-12 && (error - (0.75f64 + 0.5).sqrt()).abs() < 1e-12, "{mean} {error}");
+        assert_eq!(mean_bias([run(1.0, 0.0), run(3.0, 0.0)].iter(), 0.0), (2.0, 0.0));
     }
 
     #[test]

@@ -7,8 +7,8 @@
 //! which more pixels do not average away and which an eye sees first. Errors pushed to high frequencies are the
 //! reverse.
 //!
-//! **Normalisation.** For a picture of N pixels, P(k) = |DFT(k)|^2 / N. The mean of P over all N frequencies is the
-//! mean square of the error (Parseval), and white noise of variance v has the expected value v at each. The picture is
+//! **Normalisation.** For an image of N pixels, P(k) = |DFT(k)|^2 / N. The mean of P over all N frequencies is the
+//! mean square of the error (Parseval), and white noise of variance v has the expected value v at each. The image is
 //! taken as one period: no window, so a step between opposite borders shows as power at low frequencies of its axis.
 
 use crate::image::Image;
@@ -24,9 +24,9 @@ pub const LOW: f64 = HIGHEST / 8.0;
 
 /// The power of an error image, averaged over rings of frequencies.
 ///
-/// The first entry is the mean of the picture, at frequency 0. Rings of equal width follow up to [`HIGHEST`], and one
+/// The first entry is the mean of the image, at frequency 0. Rings of equal width follow up to [`HIGHEST`], and one
 /// last entry for the corners beyond: diagonal frequencies, up to 0.707. Rings that hold no frequency of so small a
-/// picture are left out, so pictures of one size have the same entries.
+/// image are left out, so images of one size have the same entries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// The mean of each ring's frequencies, in cycles per pixel.
@@ -278,7 +278,7 @@ mod tests {
         // What the blur left out has nothing there.
         let sharp = picture(width, height, |x, y| noise[y * width + x] - around(x, y, 3) / 49.0);
         assert!(share(&sharp) < 0.3, "{}", share(&sharp));
-        // A picture that is too bright by its noise's deviation: half of the mean square is at frequency 0.
+        // An image that is too bright by its noise's deviation: half of the mean square is at frequency 0.
         let biased: Vec<f64> = noise.iter().map(|e| e + 1.0).collect();
         assert!(share(&biased) > 10.0);
         assert_eq!(error_spectrum(&[0.0; 12], 4, 3, 4).low_frequency_share(), None);

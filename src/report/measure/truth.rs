@@ -3,7 +3,13 @@
 use serde::Serialize;
 
 use crate::image::Image;
-use crate::report::measure::metrics::FLOOR;
+use crate::report::measure::metrics::{FLOOR, variance_of_channel_mean};
+
+/// The mean variance of the reference's pixels, channels averaged: white noise in the spectrum of every error.
+pub fn white_noise(reference: &Image) -> f64 {
+    let variances = reference.variance.iter().flatten().map(variance_of_channel_mean);
+    variances.sum::<f64>() / reference.pixels.len() as f64
+}
 
 /// Where a reference comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,7 +44,7 @@ pub enum Source {
 /// A reference.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// The picture; its variance layers are its noise, none: exact.
+    /// The image; its variance layers are its noise, none: exact.
     pub image: Image,
     /// Where it comes from.
     pub source: Source,

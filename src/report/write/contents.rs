@@ -26,6 +26,29 @@ pub struct Contents<'a> {
     pub machine: &'a Machine,
     /// What was typed.
     pub command: &'a str,
-    /// All runs were made.
-    pub finished: bool,
+    /// How far the runs have come.
+    pub state: State,
+}
+
+/// How far the runs of a report have come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// More are being made while this is written.
+    Running,
+    /// More were asked for, and stopped.
+    Stopped,
+    /// All were made.
+    Finished,
+}
+
+impl Contents<'_> {
+    /// How many runs there are: "30 of 54 runs", "60 runs, 6 of them to reach an error".
+    pub fn so_far(&self) -> String {
+        let (all, asked) = (self.measured.runs.len(), self.experiment.run_count());
+        let own = self.experiment.asked_of(&self.measured.runs);
+        match all - own {
+            0 => format!("{own} of {asked} runs"),
+            beyond => format!("{all} runs, {beyond} of them to reach an error"),
+        }
+    }
 }

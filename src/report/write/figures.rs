@@ -1,6 +1,7 @@
 //! Findings as plots.
 
-use crate::report::analysis::findings::{Finding, Point};
+use crate::report::analysis::findings::Finding;
+use crate::report::analysis::point::Point;
 use crate::report::analysis::statistics::Interval;
 use crate::report::measure::spectrum::HIGHEST;
 use crate::report::write::numbers::exponent;
@@ -56,6 +57,8 @@ pub fn figures(words: &Words, case: &str) -> Vec<Figure> {
     ];
     let spectrum = spectrum_plot(words, of_case("Spectrum of the error at the largest budget"));
     figures.extend(spectrum.map(|plot| Figure { plot, name: "error-spectrum" }));
+    // Where nothing has an error there is nothing to draw.
+    figures.retain(|figure| figure.plot.series.iter().any(|series| !series.marks.is_empty()));
     figures
 }
 
@@ -120,7 +123,7 @@ fn efficiency_plot(words: &Words, title: String) -> Plot {
 /// The power of the error over frequency; `None` where no spectrum is known.
 fn spectrum_plot(words: &Words, title: String) -> Option<Plot> {
     let of = |finding: &&Finding| {
-        let spectrum = finding.points.last()?.spectrum.as_ref()?;
+        let spectrum = finding.last().spectrum.as_ref()?;
         // The mean, and the corners beyond what rows and columns hold, are left out.
         let rings = spectrum.frequency.iter().zip(&spectrum.power);
         let rings = rings.filter(|(frequency, power)| **frequency > 0.0 && **frequency <= HIGHEST && **power > 0.0);
@@ -154,9 +157,9 @@ fn marks(finding: &Finding, cost: Cost, value: impl Fn(&Point) -> Option<(f64, O
     finding.points.iter().filter_map(mark).collect()
 }
 
-/// Points of a fitted line.
+/// Points of a curve that bends.
 const LINE_POINTS: usize = 40;
-/// How much further than the measured points a fitted line is drawn, as extrapolated.
+/// How much further than the measured points a line is drawn, as extrapolated.
 const BEYOND: f64 = 1e3;
 
 fn error_series(words: &Words, finding: &Finding, cost: Cost) -> Series {
@@ -164,26 +167,25 @@ fn error_series(words: &Words, finding: &Finding, cost: Cost) -> Series {
         Some((point.relmse.max(0.0).sqrt(), point.relmse_interval.map(|interval| interval.map(f64::sqrt))))
     };
     let marks = marks(finding, cost, error);
-    let fit = if cost == Cost::Samples { finding.relmse_by_samples } else { finding.relmse_by_seconds };
     let (first, last) = (marks.first().map_or(1.0, |mark| mark.x), marks.last().map_or(1.0, |mark| mark.x));
-    let between = |first: f64, last: f64| {
-        (0..=LINE_POINTS).map(move |i| first * (last / first).powf(i as f64 / LINE_POINTS as f64))
-    };
-    let mut series = Series { marks, ..blank(words, finding) };
-    match (finding.biased, fit, finding.law) {
-        (true, _, Some(law)) => {
+    let joined = marks.iter().map(|mark| (mark.x, mark.y)).collect();
+    // The slope goes on from the last point that can be relied on.
+    let sound = finding.points.iter().rfind(|point| !point.outliers && point.relmse > 0.0 && cost.of(point) > 0.0);
+    let mut series = Series { marks, line: joined, ..blank(words, finding) };
+    match (finding.level, &finding.curve, sound) {
+        (Some(level), ..) => {
             let scale = if cost == Cost::Samples { 1.0 } else { finding.cpu_seconds_by_sample };
-            series.line = between(first, last).map(|step| (step, law.at(step / scale).max(0.0).sqrt())).collect();
-            series.floor = Some(finding.floor.sqrt()).filter(|floor| *floor > 0.0);
+            let steps = (0..=LINE_POINTS).map(|i| first * (last / first).powf(i as f64 / LINE_POINTS as f64));
+            series.line = steps.map(|step| (step, level.at(step / scale).max(0.0).sqrt())).collect();
+            series.floor = Some(level.floor.sqrt());
             let interval = finding.floor_interval.map(|interval| interval.map(f64::sqrt));
             series.floor_interval = interval.filter(|i| i.low > 0.0).map(|interval| (interval.low, interval.high));
         }
-        (false, Some(fit), _) if series.marks.len() > 1 => {
-            let line =
-                |first: f64, last: f64| between(first, last).map(|step| (step, fit.law.at(step).sqrt())).collect();
-            series.line = line(first, last);
-            series.extrapolated = line(last, BEYOND * last);
-            series.note = exponent(fit.law.slope / 2.0);
+        (None, Some(curve), Some(point)) if !finding.biased && finding.points.len() > 1 && curve.last_slope() < 0.0 => {
+            let (from, error) = (cost.of(point), point.relmse.sqrt());
+            series.extrapolated = vec![(from, error), (BEYOND * from, error * BEYOND.powf(curve.last_slope() / 2.0))];
+            let slope = finding.relmse_by_samples.filter(|_| cost == Cost::Samples);
+            series.note = slope.map(|slope| exponent(slope.value / 2.0)).unwrap_or_default();
         }
         _ => {}
     }

@@ -1,8 +1,8 @@
-//! Pictures of an error: one colour a pixel, on a logarithmic scale, with a legend drawn beside.
+//! Images of an error: one colour a pixel, on a logarithmic scale, with a legend drawn beside.
 //!
 //! Colours are viridis (Smith and van der Walt 2015): even in perceived lightness, so that it reads the same in print
 //! without colour and to the colour-blind. Dark is a small error, bright a large one. Colours come in steps, at most eight a
-//! decade, so that files have a small palette: noise is what pictures of errors are made of, and every step fewer saves.
+//! decade, so that files have a small palette: noise is what images of errors are made of, and every step fewer saves.
 
 use crate::error::Result;
 use crate::image::atomic;
@@ -62,7 +62,7 @@ impl Scale {
     }
 }
 
-/// An 8-bit sRGB picture.
+/// An 8-bit sRGB image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Canvas {
     /// Columns.
@@ -78,7 +78,7 @@ const GAP: u32 = 4;
 const BAR: u32 = 8;
 /// Room for a label: six characters of five columns, one between two.
 const LABEL: u32 = 6 * 6;
-/// A picture of fewer rows is enlarged by a whole number, so that pixels can be seen and the legend fits.
+/// An image of fewer rows is enlarged by a whole number, so that pixels can be seen and the legend fits.
 const LEAST_ROWS: u32 = 160;
 
 impl Canvas {
@@ -146,12 +146,12 @@ impl Canvas {
         }
     }
 
-    /// The picture as a PNG file, with a palette.
+    /// The image as a PNG file, with a palette.
     pub fn png(&self) -> Vec<u8> {
         images::png(&self.bytes, self.width, self.height)
     }
 
-    /// Writes the picture to `path` as PNG, whole or not at all.
+    /// Writes the image to `path` as PNG, whole or not at all.
     ///
     /// # Errors
     /// [`crate::Error::Write`].
@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn noise_makes_a_small_file() {
-        // Relative errors of a noisy picture: magnitudes of normal deviates, here of sums of twelve uniform ones.
+        // Relative errors of a noisy image: magnitudes of normal deviates, here of sums of twelve uniform ones.
         let uniform = |i: usize| {
             let mut h = (i as u32).wrapping_mul(0x9E37_79B9);
             for _ in 0..3 {

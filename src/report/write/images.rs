@@ -1,4 +1,4 @@
-//! Pictures of a page: encoded small, enlarged on a click without a script, and the part that is worth a closer look.
+//! Images of a page: encoded small, enlarged on a click without a script, and the part that is worth a closer look.
 //!
 //! Bytes are 8-bit sRGB, three a pixel, row by row from the top.
 
@@ -11,31 +11,31 @@ use maud::{Markup, html};
 use std::collections::BTreeMap;
 use std::io;
 
-/// Most bytes of a picture of 256 by 256 pixels in a page.
+/// Most bytes of an image of 256 by 256 pixels in a page.
 pub const MOST_BYTES: usize = 35_000;
 /// Qualities of JPEG that are tried, best first; below the last its blocks would be taken for what a strategy does.
 const QUALITIES: [u8; 9] = [92, 85, 80, 75, 70, 65, 60, 55, 50];
 
-/// How [`zoomable`] pictures look. A hidden checkbox in the label around a picture keeps whether it is large: a click, or the
+/// How [`zoomable`] images look. A hidden checkbox in the label around an image keeps whether it is large: a click, or the
 /// space bar while it has the focus, turns it over. No ancestor may have a `transform`, `filter` or `contain`, which would hold
-/// the large picture inside of it.
+/// the large image inside of it.
 pub const STYLE: &str = ".zoom{display:block;position:relative;cursor:zoom-in}\
 .zoom input{position:absolute;top:0;left:0;width:1px;height:1px;margin:0;opacity:0;appearance:none}\
-.zoom img{display:block;width:100%;height:auto}.zoom .pixels{image-rendering:pixelated}\
+.zoom img{display:block;width:100%;height:auto;max-height:36rem;object-fit:contain}.zoom .pixels{image-rendering:pixelated}\
 .zoom input:focus-visible+img{outline:3px solid var(--s1);outline-offset:2px}\
-.zoom input:checked+img{position:fixed;inset:0;z-index:9;width:100%;height:100%;box-sizing:border-box;padding:1vmin;object-fit:contain;\
+.zoom input:checked+img{position:fixed;inset:0;z-index:9;width:100%;height:100%;max-height:none;box-sizing:border-box;padding:1vmin;object-fit:contain;\
 image-rendering:pixelated;background:#0b0c0e;cursor:zoom-out}\
 @media print{.zoom input:checked+img{position:static;background:none;height:auto;padding:0}}";
 
 /// `rgb` as a JPEG file of `quality` from 1 to 100.
 ///
 /// # Panics
-/// If `rgb` has another size than the picture.
+/// If `rgb` has another size than the image.
 pub fn jpeg(rgb: &[u8], width: u32, height: u32, quality: u8) -> Vec<u8> {
     assert_eq!(rgb.len(), 3 * width as usize * height as usize, "three bytes a pixel");
     let mut bytes = Vec::new();
     let encoder = JpegEncoder::new_with_quality(&mut bytes, quality);
-    // Writing into memory fails only for sizes that a file cannot state: no picture, then.
+    // Writing into memory fails only for sizes that a file cannot state: no image, then.
     if encoder.write_image(rgb, width, height, ExtendedColorType::Rgb8).is_err() {
         bytes.clear();
     }
@@ -43,11 +43,11 @@ pub fn jpeg(rgb: &[u8], width: u32, height: u32, quality: u8) -> Vec<u8> {
 }
 
 /// `rgb` in as few bytes as a page needs, and the kind of file ([`data_uri`]): without loss as PNG where that takes `most`
-/// bytes or fewer (pictures of few samples are black with dots, which JPEG makes larger and worse), else the best JPEG that
+/// bytes or fewer (images of few samples are black with dots, which JPEG makes larger and worse), else the best JPEG that
 /// does; where even the worst takes more, the smaller of that and PNG.
 ///
 /// # Panics
-/// If `rgb` has another size than the picture.
+/// If `rgb` has another size than the image.
 pub fn picture(rgb: &[u8], width: u32, height: u32, most: usize) -> (&'static str, Vec<u8>) {
     let lossless = png(rgb, width, height);
     if lossless.len() <= most {
@@ -69,10 +69,10 @@ pub fn picture(rgb: &[u8], width: u32, height: u32, most: usize) -> (&'static st
 /// `rgb` as a PNG file, without loss: with a palette if it has no more than 256 colours.
 ///
 /// # Panics
-/// If `rgb` has another size than the picture.
+/// If `rgb` has another size than the image.
 pub fn png(rgb: &[u8], width: u32, height: u32) -> Vec<u8> {
     let mut bytes = Vec::new();
-    // Writing into memory fails only for sizes that a file cannot state: no picture, then.
+    // Writing into memory fails only for sizes that a file cannot state: no image, then.
     if write_png(&mut bytes, rgb, width, height).is_err() {
         bytes.clear();
     }
@@ -85,7 +85,7 @@ pub fn png(rgb: &[u8], width: u32, height: u32) -> Vec<u8> {
 /// Those of `out`.
 ///
 /// # Panics
-/// If `rgb` has another size than the picture.
+/// If `rgb` has another size than the image.
 pub fn write_png(out: impl io::Write, rgb: &[u8], width: u32, height: u32) -> io::Result<()> {
     assert_eq!(rgb.len(), 3 * width as usize * height as usize, "three bytes a pixel");
     let mut encoder = png::Encoder::new(out, width, height);
@@ -124,7 +124,7 @@ fn failure(error: png::EncodingError) -> io::Error {
     }
 }
 
-/// The colours of a picture and their indices, if there are few. Neighbours in the palette are alike: it is in order.
+/// The colours of an image and their indices, if there are few. Neighbours in the palette are alike: it is in order.
 fn palette(rgb: &[u8]) -> Option<BTreeMap<[u8; 3], u8>> {
     let mut colors = BTreeMap::new();
     for color in rgb.chunks_exact(3) {
@@ -152,11 +152,11 @@ pub fn data_uri(kind: &str, bytes: &[u8]) -> String {
     format!("data:image/{kind};base64,{}", STANDARD.encode(bytes))
 }
 
-/// A picture that a click enlarges to the whole window, and another puts back. `src` is its address ([`data_uri`]), `what` says
-/// what it shows; `pixels`: small pictures keep hard pixels in their place, too.
+/// An image that a click enlarges to the whole window, and another puts back. `src` is its address ([`data_uri`]), `what` says
+/// what it shows; `pixels`: small images keep hard pixels in their place, too.
 pub fn zoomable(src: &str, width: u32, height: u32, what: &str, pixels: bool) -> Markup {
     html! {
-        // The ratio keeps the place while the picture is elsewhere.
+        // The ratio keeps the place while the image is elsewhere.
         label class="zoom" style=(format!("aspect-ratio:{width}/{height}")) {
             input type="checkbox" aria-label=(format!("Enlarge: {what}"));
             img class=[pixels.then_some("pixels")] src=(src) width=(width) height=(height) alt=(what);
@@ -164,10 +164,10 @@ pub fn zoomable(src: &str, width: u32, height: u32, what: &str, pixels: bool) ->
     }
 }
 
-/// The part `window` of a picture of `width` columns as a PNG file, each of its pixels `zoom` wide and high.
+/// The part `window` of an image of `width` columns as a PNG file, each of its pixels `zoom` wide and high.
 ///
 /// # Panics
-/// If the window leaves the picture.
+/// If the window leaves the image.
 pub fn crop(rgb: &[u8], width: u32, window: Crop, zoom: u32) -> Vec<u8> {
     let zoom = zoom.max(1);
     let rows = window.y..window.y + window.height;
@@ -186,16 +186,16 @@ pub fn crop(rgb: &[u8], width: u32, window: Crop, zoom: u32) -> Vec<u8> {
 const SHARE: u32 = 4;
 /// Least side of it, in pixels.
 const LEAST_SIDE: u32 = 16;
-/// The largest errors of a picture count as that of which so many in a thousand are larger: a single bright sample is no place.
+/// The largest errors of an image count as that of which so many in a thousand are larger: a single bright sample is no place.
 const OUTLIERS: usize = 5;
 
 /// The hardest part of a film: the square window, a quarter of the film's shorter side but at least 16 pixels wide, whose mean
 /// error is largest, by the geometric mean over all `errors`: one a configuration, each the relative errors of all pixels.
-/// The first in reading order where several are equal. The largest errors of a picture are cut off at its quantile of
+/// The first in reading order where several are equal. The largest errors of an image are cut off at its quantile of
 /// 99.5 %; what is not finite counts as 0.
 ///
 /// # Panics
-/// If a picture of errors has another size than the film, or the film has no pixel.
+/// If an image of errors has another size than the film, or the film has no pixel.
 pub fn hardest_region(errors: &[&[f64]], width: u32, height: u32) -> Crop {
     assert!(width > 0 && height > 0 && errors.iter().all(|errors| errors.len() == width as usize * height as usize));
     let shorter = width.min(height);
@@ -227,7 +227,7 @@ fn cut(errors: &[f64]) -> Vec<f64> {
 
 /// Sums over all rectangles that begin at the top left (Crow 1984).
 struct SummedAreas {
-    /// One row and column more than the picture: the first are 0.
+    /// One row and column more than the image: the first are 0.
     sums: Vec<f64>,
     stride: usize,
 }
@@ -268,7 +268,7 @@ mod tests {
         (h >> 8) as f64 / 16_777_216.0
     }
 
-    /// A film as a path tracer leaves it at few samples: a smooth picture under noise that follows its brightness.
+    /// A film as a path tracer leaves it at few samples: a smooth image under noise that follows its brightness.
     fn noisy(side: u32) -> Vec<u8> {
         let pixel = |i: usize| {
             let (x, y) = ((i as u32 % side) as f64 / side as f64, (i as u32 / side) as f64 / side as f64);
@@ -314,7 +314,7 @@ mod tests {
         let squares = rgb.iter().zip(&back).map(|(a, b)| (*a as f64 - *b as f64).powi(2));
         let off = (squares.sum::<f64>() / rgb.len() as f64).sqrt();
         assert!(off < 10.0, "off by {off} of 255");
-        // The mean is what the eye compares between pictures.
+        // The mean is what the eye compares between images.
         let mean = |bytes: &[u8]| bytes.iter().map(|b| *b as f64).sum::<f64>() / bytes.len() as f64;
         assert!((mean(&rgb) - mean(&back)).abs() < 0.5);
     }
@@ -427,7 +427,7 @@ mod tests {
         one[2] = f64::INFINITY;
         let found = hardest_region(&[&one, &other], width, height);
         assert_eq!(found, Crop { x: 70, y: 40, width: 24, height: 24 });
-        // Without errors, and without pictures, it is the first.
+        // Without errors, and without images, it is the first.
         let none = vec![0.0; (width * height) as usize];
         assert_eq!(hardest_region(&[&none], width, height), Crop { x: 0, y: 0, width: 24, height: 24 });
         assert_eq!(hardest_region(&[], 5, 9), Crop { x: 0, y: 0, width: 5, height: 5 });

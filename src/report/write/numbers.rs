@@ -39,6 +39,9 @@ pub fn percent(share: f64) -> String {
 
 /// A difference in per cent, with its sign; two digits behind the point at most.
 pub fn signed_percent(share: f64) -> String {
+    if !share.is_finite() {
+        return "–".to_owned();
+    }
     let size = 100.0 * share.abs();
     let text = if size < 0.995 { format!("{size:.2}") } else { significant(size, 3) };
     let sign = match share {
@@ -51,6 +54,9 @@ pub fn signed_percent(share: f64) -> String {
 
 /// A score: standard errors, one digit behind the point while it is small.
 pub fn score(z: f64) -> String {
+    if z.is_infinite() {
+        return if z > 0.0 { "∞" } else { "−∞" }.to_owned();
+    }
     let text = if z.abs() < 99.95 { format!("{:.1}", z + 0.0) } else { format!("{z:.0}") };
     minus(if text == "-0.0" { "0.0".to_owned() } else { text })
 }
@@ -87,15 +93,24 @@ fn worth(interval: Interval, value: f64) -> i32 {
     digits.clamp(2.0, 5.0) as i32
 }
 
-/// A value and the ends of its interval, with the digits that this interval is worth.
+/// A value with so many digits behind the point; fewer than none: rounded to a power of ten.
+fn at_places(value: f64, places: i32) -> String {
+    let unit = 10f64.powi(-places);
+    let rounded = if places < 0 { (value / unit).round() * unit } else { value };
+    minus(format!("{:.*}", places.max(0) as usize, rounded + 0.0))
+}
+
+/// A value and the ends of its interval, with the digits that this interval is worth: all three end at the same decimal place.
 pub fn known(value: f64, interval: Option<Interval>) -> (String, Option<String>) {
-    match interval {
-        Some(interval) => {
-            let text = |end: f64| significant(end, worth(interval, end));
-            (text(value), Some(format!("{} to {}", text(interval.low), text(interval.high))))
-        }
-        None => (significant(value, 3), None),
-    }
+    let Some(interval) = interval else { return (significant(value, 3), None) };
+    let magnitude = |of: f64| of.abs().log10().floor() as i32;
+    let digits = worth(interval, value);
+    let plain = |of: f64| of != 0.0 && of.is_finite() && (-5..7).contains(&magnitude(of));
+    let text = |of: f64| match plain(value) && (of == 0.0 || plain(of)) {
+        true => at_places(of, digits - 1 - magnitude(value)),
+        false => significant(of, digits),
+    };
+    (text(value), Some(format!("{} to {}", text(interval.low), text(interval.high))))
 }
 
 /// A share and its interval in per cent, with the digits that this interval is worth.
@@ -161,6 +176,12 @@ mod tests {
         let texts =
             [(84.96, 0.4), (1017.0, 14.0), (0.5, 0.4)].map(|(v, half)| around(v, half)).map(|(v, i)| pair(known(v, i)));
         assert_eq!(texts, ["85.0 / 84.6 to 85.4", "1017 / 1003 to 1031", "0.50 / 0.10 to 0.90"]);
+        let wide = [(5.2, 1.04, 27.0), (1234.0, 900.0, 5600.0), (1e9, 5e8, 2e9)];
+        let texts = wide.map(|(value, low, high)| pair(known(value, Some(Interval { low, high }))));
+        let expected = ["5.2 / 1.0 to 27.0", "1200 / 900 to 5600", "1.0 × 10⁹ / 5.0 × 10⁸ to 2.0 × 10⁹"];
+        assert_eq!(texts, expected);
+        assert_eq!([f64::INFINITY, f64::NEG_INFINITY].map(score), ["∞", "−∞"]);
+        assert_eq!([f64::NAN, f64::INFINITY].map(signed_percent), ["–", "–"]);
         let (value, interval) = around(0.0634, 0.0002);
         assert_eq!(pair(known_percent(value, interval)), "6.34 % / 6.32 to 6.36 %");
         let (value, interval) = around(300.0, 30.0);

@@ -6,11 +6,11 @@ use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::summary::of_case;
 use crate::report::measure::experiment::Budget;
 use crate::report::measure::truth::{Reference, Source};
-use crate::report::write::contents::Contents;
+use crate::report::write::contents::{Contents, State};
 use crate::report::write::figures::{Figure, figures, names, small_error_plot, small_region_plot};
 use crate::report::write::heatmap::{self, Canvas, Scale, scale_legend};
 use crate::report::write::images::{self, data_uri, hardest_region, zoomable};
-use crate::report::write::numbers::{count, minus, percent, seconds};
+use crate::report::write::numbers::{count, minus, percent, seconds, target};
 use crate::report::write::plot::{self, Layout, Plot};
 use crate::report::write::tables;
 use crate::report::write::words::{Words, tag};
@@ -22,13 +22,13 @@ main{max-width:66rem;margin:0 auto;padding:2.2rem 1.1rem 4rem}p,ul,ol{max-width:
 h1,h2,h3,th,td,figcaption,.facts,.scale{font-family:system-ui,-apple-system,'Segoe UI',Roboto,sans-serif}\
 h1{font-size:1.9rem;line-height:1.2;margin:0 0 .3rem}h2{font-size:1.35rem;margin:2.8rem 0 .6rem;padding-top:.8rem;border-top:1px solid var(--rule)}\
 h3{font-size:1.05rem;margin:1.8rem 0 .4rem}.facts{color:var(--soft);font-size:.9rem;margin:.2rem 0 1.4rem}\
-.scroll{overflow-x:auto;margin:.6rem 0 1.2rem}table{border-collapse:collapse;font-size:.86rem;font-variant-numeric:tabular-nums}\
+.scroll{overflow-x:auto;margin:.6rem 0 1.2rem}table{border-collapse:separate;border-spacing:0;font-size:.86rem;font-variant-numeric:tabular-nums}\
 th,td{padding:.32rem .6rem;text-align:right;white-space:nowrap;border-bottom:1px solid var(--rule)}\
 th{color:var(--soft);font-weight:600;vertical-align:bottom}th:first-child,td:first-child{text-align:left;position:sticky;left:0;background:var(--paper)}\
 td.best{font-weight:700}td.guess{color:var(--soft);font-style:italic}tr.biased td{color:var(--soft)}\
 code,pre{font:.86em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}pre{overflow-x:auto;padding:.7rem .9rem;border:1px solid var(--rule);border-radius:6px}\
 figure{margin:1rem 0}figcaption{font-size:.86rem;color:var(--soft);max-width:44rem}\
-.narrow{display:none}@media (max-width:40rem){.narrow{display:block}.wide{display:none}}\
+.narrow{display:none}@media (max-width:40rem){.narrow{display:block}.wide{display:none}table{font-size:.78rem}th,td{padding:.3rem .34rem}}\
 .pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(15.5rem,1fr));gap:1.1rem}\
 .pictures figure{margin:0}.pictures .pair{display:grid;grid-template-columns:1fr 1fr;gap:2px}\
 .crops{display:grid;grid-template-columns:repeat(auto-fill,minmax(8.5rem,1fr));gap:.8rem}.crops figure{margin:0}\
@@ -74,7 +74,7 @@ impl Page<'_> {
 
     fn facts(&self) -> Markup {
         let (width, height) = self.0.experiment.film();
-        let (runs, of) = (self.0.measured.runs.len(), self.0.experiment.run_count());
+        let runs = self.0.measured.runs.len();
         let threads = match self.0.experiment.settings.threads {
             0 => self.0.machine.cores,
             n => n,
@@ -85,8 +85,15 @@ impl Page<'_> {
                 (if threads == 1 { " thread" } else { " threads" }) ", " (crate::lanes::simd_level())
                 ", octray " (env!("CARGO_PKG_VERSION"))
             }
-            @if !self.0.finished {
-                p { strong { "Stopped after " (runs) " of " (of) " runs." } " What follows is about these." }
+            @match self.0.state {
+                State::Finished => {}
+                State::Running => {
+                    p {
+                        strong { "Still running: " (self.0.so_far()) "." }
+                        " What follows is about these; this page is written anew now and then."
+                    }
+                }
+                State::Stopped => p { strong { "Stopped after " (self.0.so_far()) "." } " What follows is about these." }
             }
         }
     }
@@ -110,8 +117,15 @@ impl Page<'_> {
         html! {
             (tables::overview(&self.words(0), self.0.summaries, self.0.findings))
             div class="multiples" { @for case in 0..self.0.experiment.cases.len() { (small(case)) } }
-            (legend(&self.words(0)))
+            (legend(&self.all_configurations()))
         }
+    }
+
+    /// A finding of every configuration that has one in any case.
+    fn all_configurations(&self) -> Words<'_> {
+        let experiment = self.0.experiment;
+        let first = |own: usize| self.0.findings.iter().find(|finding| finding.configuration == own);
+        Words { experiment, findings: (0..experiment.entries()).filter_map(first).collect() }
     }
 
     fn words(&self, case: usize) -> Words<'_> {
@@ -178,10 +192,9 @@ impl Page<'_> {
         let times: Vec<f64> = own.map(|shown| shown.cpu_seconds).collect();
         let time = times.iter().sum::<f64>() / times.len().max(1) as f64;
         let scale = heat_scale(&shown);
-        let image = |rgb: &[u8], what: &str| {
-            let small = width.max(height) < SMALL_IMAGE;
-            let (kind, bytes) = images::picture(rgb, width, height, images::MOST_BYTES);
-            zoomable(&data_uri(kind, &bytes), width, height, what, small)
+        let encoded = |rgb: &[u8]| images::picture(rgb, width, height, images::MOST_BYTES);
+        let image = |(kind, bytes): &(&str, Vec<u8>), what: &str| {
+            zoomable(&data_uri(kind, bytes), width, height, what, width.max(height) < SMALL_IMAGE)
         };
         let tagged = |shown: &Shown| {
             let found = words.findings.iter().find(|finding| finding.configuration == shown.configuration);
@@ -195,24 +208,27 @@ impl Page<'_> {
         let window = hardest_region(&errors, width, height);
         let bytes: Vec<Vec<u8>> = shown.iter().map(|shown| shown.image.srgb8(exposure)).collect();
         let truth = reference.srgb8(exposure);
+        let pictures: Vec<_> = bytes.iter().map(|rgb| encoded(rgb)).collect();
+        let of_truth = encoded(&truth);
+        let lossy = pictures.iter().chain([&of_truth]).any(|(kind, _)| *kind == "jpeg");
         html! {
             h3 { "The same time, " (count(shown.len() as u64, "image")) }
             p {
                 "What each makes of about " (seconds(time)) " of CPU time, and beside it the relative error of every pixel. \
-                 Exposure " (minus(exposure.to_string())) " EV, sRGB. A click enlarges an image. (Here they are JPEG; without loss they lie \
-                 beside this page as PNG.)"
+                 Exposure " (minus(exposure.to_string())) " EV, sRGB. A click enlarges an image."
+                @if lossy { " (Some are JPEG here; without loss they lie beside this page as PNG.)" }
             }
             (scale_legend(scale))
             div class="pictures" {
                 figure {
-                    (image(&truth, "the reference"))
+                    (image(&of_truth, "the reference"))
                     figcaption { "the reference" }
                 }
-                @for (shown, rgb) in shown.iter().zip(&bytes) {
+                @for (shown, picture) in shown.iter().zip(&pictures) {
                     @let label = self.0.experiment.label(shown.configuration);
                     figure {
                         div class="pair" {
-                            (image(rgb, &label))
+                            (image(picture, &label))
                             (zoomable(
                                 &data_uri("png", &Canvas::plain(&shown.errors, width, scale).png()),
                                 width,
@@ -221,7 +237,9 @@ impl Page<'_> {
                                 true,
                             ))
                         }
-                        figcaption { (tagged(shown)) " error " (percent(shown.relmse.max(0.0).sqrt())) }
+                        figcaption {
+                            (tagged(shown)) " error " (percent(shown.relmse.max(0.0).sqrt())) " in " (seconds(shown.cpu_seconds))
+                        }
                     }
                 }
             }
@@ -244,6 +262,17 @@ impl Page<'_> {
         }
     }
 
+    /// How often the budgets were run: "6 times", "2 or 3 times".
+    fn repeats(&self) -> String {
+        let asked = self.0.experiment.budgets.len();
+        let own = self.0.findings.iter().filter(|finding| self.0.experiment.strategy(finding.configuration).is_some());
+        let runs = || own.clone().flat_map(|finding| finding.points.iter().take(asked)).map(|point| point.runs as u64);
+        match (runs().min(), runs().max()) {
+            (Some(least), Some(most)) if least < most => format!("{least} to {}", count(most, "time")),
+            (_, most) => count(most.unwrap_or(0), "time"),
+        }
+    }
+
     fn method(&self) -> Markup {
         let experiment = self.0.experiment;
         let budgets = budgets_text(&experiment.budgets);
@@ -252,26 +281,30 @@ impl Page<'_> {
             p {
                 "relMSE is the mean over pixels and channels of (a − b)² / (b² + 0.01), b being the reference; the error stated \
                  everywhere is its root. The noise of the reference is subtracted. Efficiency is 1 / (relMSE × CPU seconds) at the \
-                 largest budget: twice the efficiency is half the time to the same error. CPU seconds are those of all threads, of \
-                 rendering alone."
+                 largest budget. CPU seconds are those of all threads, of rendering alone."
             }
             p {
-                "Each budget (" (budgets) ") was run " (count(experiment.repeats.into(), "time")) " with independent seeds, \
+                "Each budget (" (budgets) ") was run " (self.repeats()) " with independent seeds, \
                  runs interleaved so that a slow moment of the machine hits all alike: many short renders, whose spread is shown \
-                 (Celarek et al. 2019). Intervals are 95 %, of Student's t, from the spread of the runs in each of 1,024 tiles \
-                 (Welch and Satterthwaite); those of the slopes hold for all configurations at once. What is extrapolated follows \
-                 the fitted law, and its interval includes the slope's. The bias is that of all runs of a configuration together; z \
-                 is its distance from 0 in standard errors, the reference's included. The level of a biased strategy comes from \
-                 products of independent parts of its runs."
+                 (Celarek et al. 2019). Intervals are 95 %, of Student's t, from the spread of the runs in each of up to 1,024 tiles \
+                 (Welch and Satterthwaite); those of the slopes hold for all configurations at once. Where a few pixels hold most of \
+                 the error no interval holds: none is given, and slopes and prices do without that budget. What costs lie between \
+                 budgets is read off a curve through them; beyond them it goes on from the last along the slope of the last three, and \
+                 the interval includes that slope's. A ratio of times to the same error is that of the error named with it. The \
+                 bias is that of all runs of a configuration together; z is its distance from 0 in standard errors, the \
+                 reference's included. The level of a biased strategy comes from products of independent parts of its runs."
                 @if let Some(error) = experiment.reach {
-                    " Exact strategies were run on with more samples until their error was down to " (percent(error)) "."
+                    " Exact strategies were run on with more samples until their error was down to " (target(error)) ", or did not fall as \
+                     more samples ought to make it."
                 }
                 @if !experiment.others.is_empty() {
-                    " Of other renderers (" (experiment.others.join(", ")) ") the seconds are those of the given file; their images \
-                     are judged by the same reference."
+                    " Of other renderers (" (experiment.others.join(", ")) ") the seconds are those of the given file, which should be CPU \
+                     seconds of all threads, of rendering alone; their images are judged by the same reference."
                 }
             }
-            @for (case, reference) in self.0.references.iter().enumerate() { (reference_text(&experiment.case_title(case), reference)) }
+            @for (case, reference) in self.0.references.iter().enumerate() {
+                (reference_text(&experiment.case_title(case), reference, experiment.cases[case].max_depth))
+            }
             p { "To repeat it:" }
             pre { (self.0.command) }
             p {
@@ -310,9 +343,8 @@ fn caption(name: &str, plot: &Plot) -> Markup {
     match name {
         "error-against-seconds" => html! {
             "Relative error (root of relMSE) against CPU seconds of all threads together. Bars and bands are 95 % intervals; \
-             lines are fits, dotted where they are extrapolated, and the number behind a name is the fitted slope: −0.5 is the \
-             law of random sampling, four times the work for half the error. Dotted levels, with their intervals, are where \
-             biased images stop."
+             lines join the budgets, and go on dotted along the slope of the last three. Dotted levels, with their intervals, are \
+             where biased images stop."
         },
         "efficiency-against-seconds" => html! {
             "Efficiency, 1 / (relMSE × CPU seconds), near the best, with 95 % intervals: the higher, the less time for the same \
@@ -320,7 +352,8 @@ fn caption(name: &str, plot: &Plot) -> Markup {
             @if !outside.is_empty() { " Below: " (outside) "." }
         },
         "error-against-samples" => html! {
-            "Relative error against samples a pixel: what a sample is worth, whatever it costs."
+            "Relative error against samples a pixel: what a sample is worth, whatever it costs. The number behind a name is the slope \
+             of its error: −0.5 is the law of random sampling, four times the samples for half the error."
         },
         _ => html! {
             "The power spectrum of the error at the largest budget, mean over runs, radially averaged (Celarek et al. 2019). Level: \
@@ -361,15 +394,21 @@ fn budgets_text(budgets: &[Budget]) -> String {
     }
 }
 
-fn reference_text(title: &str, reference: &Reference) -> Markup {
+fn reference_text(title: &str, reference: &Reference, max_depth: Option<u32>) -> Markup {
     let (_, noise) = reference.noise();
     let noise = percent(noise.sqrt());
     html! {
         p {
             @if title.is_empty() { "The reference" } @else { "The reference for " (title) }
             @match &reference.source {
-                Source::ClosedForm => { " is exact: inside a closed surface that emits E and reflects the share a, the radiance is \
-                                         E / (1 − a)." }
+                Source::ClosedForm => {
+                    " is exact: inside a closed surface that emits E and reflects the share a, the radiance is "
+                    @match max_depth {
+                        None => { "E / (1 − a)." }
+                        Some(0) => { "E, as no path scatters." }
+                        Some(depth) => { "E (1 − a" sup { (depth as u64 + 1) } ") / (1 − a), as paths end after " (count(depth.into(), "scattering event")) "." }
+                    }
+                }
                 Source::File { path } => {
                     " is the file " code { (path) } ". "
                     @if reference.image.variance.is_some() { "By its variance layers its own error is " (noise) "; that is subtracted." }

@@ -6,18 +6,19 @@
 //! version, simd, command       the build and what to type to get all this again
 //! machine                      {cpu, cores, os}
 //! film, threads, seed
-//! finished                     false after an interrupt: fewer runs than were asked for
+//! finished                     false while runs are made and after an interrupt: fewer runs than were asked for
 //! reach                        the relative error that exact strategies are run to; null: none
 //! epsilon, exposure            what is added to b^2 in relMSE; stops at which images are shown and PSNR and FLIP taken
 //! budgets                      samples a pixel, or wall seconds, as asked for
 //! regions                      [{name, x, y, width, height}]
-//! cases[]                      one a scene and light: {scene, light, max_depth (null: unbounded), rr_depth (null: off),
-//!                              reference: {kind, ..}, noise_mse, noise_relmse, mean}
+//! cases[]                      one a scene and light: {scene (its name here), file, light, max_depth (null: unbounded),
+//!                              rr_depth (null: off), reference: {kind, ..}, noise_mse, noise_relmse, mean}
 //! configurations[]             {strategy, lights, sampler, engine, biased_by_design}
 //! others[]                     names of other renderers; as configurations they count on from ours
 //! findings[]                   one a case and configuration: the fields of Finding; indices count from 0 in the lists above
 //! summaries[]                  one a configuration: {configuration, geometric_mean, worst: [case, share]}
-//! runs[]                       one a run: indices, seed, spp, seconds, errors, rays, lanes
+//! runs[]                       one a run: indices, seed, spp, seconds, errors, rays, lanes. `budget` counts on behind the
+//!                              budgets where an error is reached for; of another renderer it is its spp, or a number of its own
 //! equal_time[]                 the images of the report: {case, configuration, spp, cpu_seconds, mse, relmse, psnr, flip}
 //! ```
 
@@ -33,7 +34,7 @@ use crate::report::measure::machine::Machine;
 use crate::report::measure::metrics::{self, FLOOR};
 use crate::report::measure::run_error::Region;
 use crate::report::measure::truth::{Reference, Source};
-use crate::report::write::contents::Contents;
+use crate::report::write::contents::{Contents, State};
 
 /// Everything a `converge` call found.
 #[derive(Serialize)]
@@ -73,6 +74,7 @@ struct RegionRow<'a> {
 #[derive(Serialize)]
 struct CaseRow<'a> {
     scene: &'a str,
+    file: &'a str,
     light: &'a str,
     max_depth: Option<u32>,
     rr_depth: Option<u32>,
@@ -145,8 +147,18 @@ impl<'a> Results<'a> {
             let (noise_mse, noise_relmse) = reference.noise();
             let mean = metrics::mean(&reference.image.pixels);
             let &Case { max_depth, rr_depth, .. } = case;
-            let (scene, light) = (&case.desc.name, &case.light);
-            CaseRow { scene, light, max_depth, rr_depth, reference: &reference.source, noise_mse, noise_relmse, mean }
+            let (scene, file, light) = (&case.scene_name, &case.desc.name, &case.light);
+            CaseRow {
+                scene,
+                file,
+                light,
+                max_depth,
+                rr_depth,
+                reference: &reference.source,
+                noise_mse,
+                noise_relmse,
+                mean,
+            }
         };
         Results {
             version: env!("CARGO_PKG_VERSION"),
@@ -156,7 +168,7 @@ impl<'a> Results<'a> {
             film: experiment.film(),
             threads: settings.threads,
             seed: settings.seed,
-            finished: contents.finished,
+            finished: contents.state == State::Finished,
             reach: experiment.reach,
             epsilon: FLOOR,
             exposure: experiment.exposure,

@@ -2,9 +2,12 @@
 
 use maud::{Markup, html};
 
+use crate::report::analysis::curve::Unknown;
 use crate::report::analysis::equal_time::Shown;
-use crate::report::analysis::findings::{Finding, Point, Verdict, sample_ratio};
+use crate::report::analysis::findings::{Finding, Price, ratios};
+use crate::report::analysis::point::Point;
 use crate::report::analysis::summary::{Summary, share_of_best};
+use crate::report::measure::run_error::TRIMMED;
 use crate::report::write::numbers::{
     known, known_exponent, known_percent, known_seconds, percent, score, seconds, signed_percent, significant, target,
 };
@@ -25,9 +28,11 @@ fn with_interval((value, interval): (String, Option<String>)) -> Markup {
     html! { (value) @if let Some(interval) = interval { br; small { (interval) } } }
 }
 
-/// The relative error of `point` with its interval.
+/// The relative error of `point` with its interval, or with what stands against one.
 fn error(point: &Point) -> (String, Option<String>) {
-    known_percent(point.relmse.max(0.0).sqrt(), point.relmse_interval.map(|interval| interval.map(f64::sqrt)))
+    let interval = point.relmse_interval.map(|interval| interval.map(f64::sqrt));
+    let (value, range) = known_percent(point.relmse.max(0.0).sqrt(), interval);
+    (value, if point.outliers { Some("few pixels rule".to_owned()) } else { range })
 }
 
 /// Error, time, bias, efficiency, slope: a row a configuration.
@@ -35,15 +40,15 @@ pub fn comparison(words: &Words) -> Markup {
     let rows = html! {
         tr {
             th { "" } th { "error at the" br; "largest budget" } th { "CPU time" br; "for it" } th { "bias" } th { "z" }
-            th { "efficiency" br; "of the best" } th { "efficiency" } th { "slope of the error" br; "by samples" }
+            th { @if words.experiment.reach.is_some() { "speed to it," } @else { "efficiency," } br; "of the best" } th { "efficiency" } th { "slope of the error" br; "by samples" }
         }
         @for finding in &words.findings {
-            @let share = words.relative_efficiency(finding);
-            @let last = finding.points.last();
+            @let share = words.share_of_best(finding);
+            @let last = finding.last();
             tr class=[tag(finding).map(|_| "biased")] {
                 td class="name" { (words.label(finding)) }
-                td { @if let Some(last) = last { (with_interval(error(last))) } }
-                td { (last.map_or(String::new(), |point| seconds(point.cpu_seconds))) }
+                td { (with_interval(error(last))) }
+                td { (seconds(last.cpu_seconds)) }
                 td { (signed_percent(finding.relative_bias)) }
                 td { (score(finding.bias_z)) }
                 td class=[(share == Some(1.0)).then_some("best")] {
@@ -63,16 +68,26 @@ pub fn comparison(words: &Words) -> Markup {
 
 /// Half the slope of relMSE; of a biased strategy the level where its error ends.
 fn slope(finding: &Finding) -> Markup {
-    if finding.biased && finding.floor > 0.0 {
+    if finding.level.is_some() {
         let interval = finding.floor_interval.map(|interval| interval.map(f64::sqrt));
         let (level, range) = known_percent(finding.floor.sqrt(), interval);
         return with_interval((format!("ends at {level}"), range));
     }
-    let Some(fit) = finding.relmse_by_samples else { return html! { (dash()) } };
-    with_interval(known_exponent(
-        fit.law.slope / 2.0,
-        fit.slope_interval.map(|interval| interval.map(|slope| slope / 2.0)),
-    ))
+    let Some(slope) = finding.relmse_by_samples.filter(|_| !finding.biased) else { return html! { (dash()) } };
+    with_interval(known_exponent(slope.value / 2.0, slope.interval.map(|interval| interval.map(|slope| slope / 2.0))))
+}
+
+/// CPU seconds with their interval, or why there are none.
+fn price_text(price: &Price) -> (String, Option<String>) {
+    match (price.cpu_seconds, price.unknown) {
+        (Some(cpu_seconds), _) => {
+            let (text, range) = known_seconds(cpu_seconds, price.interval);
+            (if price.extrapolated { format!("({text})") } else { text }, range)
+        }
+        (None, Some(Unknown::Never)) => ("never".to_owned(), None),
+        (None, Some(Unknown::DoesNotFall)) => ("does not fall".to_owned(), None),
+        (None, _) => (dash(), None),
+    }
 }
 
 /// CPU seconds to the target errors.
@@ -93,14 +108,7 @@ pub fn prices(words: &Words) -> Markup {
                         false if price.cpu_seconds == Some(least(i)) => Some("best"),
                         false => None,
                     };
-                    td class=[class] {
-                        @if finding.verdict == Verdict::Undersampled { (dash()) }
-                        @else if let Some(cpu_seconds) = price.cpu_seconds {
-                            @let (text, range) = known_seconds(cpu_seconds, price.interval);
-                            (with_interval((if price.extrapolated { format!("({text})") } else { text }, range)))
-                        }
-                        @else { "never" }
-                    }
+                    td class=[class] { (with_interval(price_text(price))) }
                 }
             }
         }
@@ -108,8 +116,9 @@ pub fn prices(words: &Words) -> Markup {
     html! {
         (scrolling(&rows))
         p class="facts" {
-            "In parentheses: extrapolated along the fitted law, outside of what was measured. Intervals (95 %) are those of the law, its \
-             slope included; the time of a sample counts as known."
+            "In parentheses: extrapolated from the nearest budget along the slope of the nearest three; of a single budget, if the squared \
+             error falls as 1/n. Intervals (95 %) are those of the errors, slope included; the time of a sample counts as known. –: \
+             too uncertain to be told."
         }
     }
 }
@@ -118,21 +127,23 @@ pub fn prices(words: &Words) -> Markup {
 pub fn samples(words: &Words) -> Markup {
     let Some(nee) = words.first_of(Strategy::Nee).filter(|nee| tag(nee).is_none()) else { return html! {} };
     let others = words.findings.iter().filter(|finding| finding.configuration != nee.configuration);
-    let ratios: Vec<_> = others.filter_map(|finding| Some((*finding, sample_ratio(finding, nee)?))).collect();
-    if ratios.is_empty() {
+    let found: Vec<_> = others.filter_map(|finding| Some((*finding, ratios(finding, nee)?))).collect();
+    if found.is_empty() {
         return html! {};
     }
     let rows = html! {
         tr { th { "" } th { "samples" } th { "95 %" } th { "CPU time" } }
-        @for (finding, ratio) in ratios {
-            @let times = |text: String| if ratio.extrapolated { format!("({text} ×)") } else { format!("{text} ×") };
-            @let (value, range) = known(ratio.value, ratio.interval);
-            @let in_time = ratio.value * finding.cpu_seconds_by_sample / nee.cpu_seconds_by_sample;
+        @for (finding, (samples, time)) in found {
+            @let times = |text: String| if time.extrapolated { format!("({text} ×)") } else { format!("{text} ×") };
+            @let (value, range) = samples.map_or_else(|| (dash(), None), |samples| {
+                let (value, range) = known(samples.value, samples.interval);
+                (times(value), range)
+            });
             tr {
                 td class="name" { (words.label(finding)) }
-                td class=[ratio.extrapolated.then_some("guess")] { (times(value)) }
+                td class=[time.extrapolated.then_some("guess")] { (value) }
                 td { (range.unwrap_or_else(dash)) }
-                td class=[ratio.extrapolated.then_some("guess")] { (times(significant(in_time, 3))) }
+                td class=[time.extrapolated.then_some("guess")] { (times(significant(time.value, 3))) }
             }
         }
     };
@@ -146,24 +157,25 @@ pub fn samples(words: &Words) -> Markup {
 /// How runs differ, what outliers do, where the error lies in frequency, and how full the lanes are; at the largest budget.
 pub fn distribution(words: &Words) -> Markup {
     let share = |share: Option<f64>| share.map_or_else(dash, percent);
+    let (width, height) = words.experiment.film();
+    let trimmed = width as usize * height as usize >= TRIMMED;
     let rows = html! {
         tr {
             th { "" } th { "spread of MSE" br; "between runs" } th { "error" } th { "error without" br; "the worst 0.1 %" }
             th { "low frequencies" br; "(white noise: 1)" } th { "lanes used" br; "by stages" } th { "lanes used" br; "by walks" }
         }
         @for finding in &words.findings {
-            @if let Some(last) = finding.points.last() {
-                tr class=[tag(finding).map(|_| "biased")] {
-                    td class="name" { (words.label(finding)) }
-                    td {
-                        @if last.runs > 1 && last.mse > 0.0 { (percent(last.mse_deviation / last.mse)) } @else { (dash()) }
-                    }
-                    td { (percent(last.relmse.max(0.0).sqrt())) }
-                    td { (percent(last.relmse_trimmed.max(0.0).sqrt())) }
-                    td { (last.low_frequencies.map_or_else(dash, |share| significant(share, 2))) }
-                    td { (share(last.lanes_used)) }
-                    td { (share(last.walk_lanes_used)) }
+            @let last = finding.last();
+            tr class=[tag(finding).map(|_| "biased")] {
+                td class="name" { (words.label(finding)) }
+                td {
+                    @if last.runs > 1 && last.mse > 0.0 { (percent(last.mse_deviation / last.mse)) } @else { (dash()) }
                 }
+                td { (percent(last.relmse.max(0.0).sqrt())) }
+                td { @if trimmed { (percent(last.relmse_trimmed.max(0.0).sqrt())) } @else { (dash()) } }
+                td { (last.low_frequencies.map_or_else(dash, |share| significant(share, 2))) }
+                td { (share(last.lanes_used)) }
+                td { (share(last.walk_lanes_used)) }
             }
         }
     };
@@ -246,7 +258,11 @@ pub fn overview(words: &Words, summaries: &[Summary], all: &[Finding]) -> Markup
             tr {
                 td class="name" { (experiment.label(summary.configuration)) }
                 td { (summary.geometric_mean.map_or_else(dash, percent)) }
-                td { (summary.worst.map_or_else(dash, |(_, share)| percent(share))) }
+                td {
+                    @if let Some((case, share)) = summary.worst {
+                        (percent(share)) br; small { (experiment.case_title(case)) }
+                    } @else { (dash()) }
+                }
                 @for case in cases.clone() {
                     @let best = share_of_best(all, case, summary.configuration) == Some(1.0);
                     td class=[best.then_some("best")] { (text(case, summary.configuration)) }
@@ -255,7 +271,13 @@ pub fn overview(words: &Words, summaries: &[Summary], all: &[Finding]) -> Markup
         }
     };
     html! {
-        p { "Efficiency as a share of the best in each: 1 / (relMSE × CPU seconds) at the largest budget." }
+        p {
+            @match experiment.reach {
+                Some(error) => { "Speed to an error of " (target(error)) " as a share of the best in each." }
+                None => { "Efficiency, 1 / (relMSE × CPU seconds) at the largest budget, as a share of the best in each." }
+            }
+            @if experiment.cases.iter().any(|case| !case.is_whole()) { " Geometric mean and worst are of whole scenes." }
+        }
         (scrolling(&rows))
     }
 }

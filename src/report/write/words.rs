@@ -1,6 +1,9 @@
 //! Findings in plain sentences.
 
-use crate::report::analysis::findings::{BIAS_Z, Finding, Law, Verdict, sample_ratio};
+use crate::report::analysis::curve::Unknown;
+use crate::report::analysis::findings::{BIAS_Z, Finding, Price, Verdict, ratios};
+use crate::report::analysis::statistics::Interval;
+use crate::report::analysis::summary::{ranking, share};
 use crate::report::measure::experiment::Experiment;
 use crate::report::write::numbers::{
     count, known, known_exponent, known_percent, known_seconds, percent, score, significant, target,
@@ -25,7 +28,7 @@ pub struct Words<'a> {
     pub findings: Vec<&'a Finding>,
 }
 
-/// What is said in one word where a picture is not simply right.
+/// What is said in one word where an image is not simply right.
 pub fn tag(finding: &Finding) -> Option<&'static str> {
     match finding.verdict {
         Verdict::Unbiased => None,
@@ -36,7 +39,7 @@ pub fn tag(finding: &Finding) -> Option<&'static str> {
 
 /// The relative error that `finding` had at its largest budget.
 pub fn last_error(finding: &Finding) -> f64 {
-    finding.points.last().map_or(0.0, |point| point.relmse.max(0.0).sqrt())
+    finding.last().relmse.max(0.0).sqrt()
 }
 
 impl Words<'_> {
@@ -53,23 +56,22 @@ impl Words<'_> {
         self.strategy(finding).is_some_and(|strategy| strategy.is_biased())
     }
 
-    /// The unbiased findings, most efficient first.
+    /// The findings that can be ranked, best first.
     pub fn ranking(&self) -> Vec<&Finding> {
-        let mut ranked: Vec<&Finding> = self.findings.iter().copied().filter(|f| f.efficiency.is_some()).collect();
-        ranked.sort_by(|a, b| b.efficiency.unwrap_or(0.0).total_cmp(&a.efficiency.unwrap_or(0.0)));
-        ranked
+        ranking(self.findings.iter().copied())
     }
 
-    /// The efficiency of `finding` over that of the best.
-    pub fn relative_efficiency(&self, finding: &Finding) -> Option<f64> {
-        let best = self.ranking().first()?.efficiency?;
-        Some(finding.efficiency? / best)
+    /// The worth of `finding` over that of the best.
+    pub fn share_of_best(&self, finding: &Finding) -> Option<f64> {
+        Some(share(finding, self.ranking().first()?)?.0)
     }
 
-    /// Whether the intervals of the efficiencies of `finding` and of the best have a value in common.
-    fn may_be_best(&self, finding: &Finding) -> bool {
-        let best = self.ranking().first().and_then(|best| best.efficiency_interval);
-        best.zip(finding.efficiency_interval).is_some_and(|(best, own)| own.high >= best.low)
+    /// What the ranking goes by.
+    pub fn ranked_by(&self) -> String {
+        match self.experiment.reach {
+            Some(error) => format!("CPU time to an error of {}", target(error)),
+            None => "efficiency at the largest budget".to_owned(),
+        }
     }
 
     /// The first finding of a strategy: that of the first light selection, sampler and engine.
@@ -92,14 +94,12 @@ impl Words<'_> {
     }
 
     fn unbiased_sentence(&self, finding: &Finding) -> String {
-        let mut text = self.price_sentence(finding);
-        text += &match self.relative_efficiency(finding) {
-            Some(share) if share >= 1.0 => "No other takes less time for the same error. ".to_owned(),
-            Some(_) if self.may_be_best(finding) => "The best is not measurably better. ".to_owned(),
-            Some(share) if share > 0.5 => format!("The best takes {} of its time for the same error. ", percent(share)),
-            Some(share) => format!("It takes {} the time of the best for the same error. ", times(1.0 / share)),
-            None => String::new(),
-        };
+        let mut text = String::new();
+        if finding.last().outliers {
+            text += "A few pixels hold most of its error at the largest budget: the figures that follow from it cannot be relied on. ";
+        }
+        text += &self.price_sentence(finding);
+        text += &self.beside_the_best(finding);
         text += &slope_sentence(finding);
         let z = score(finding.bias_z);
         text += &match (self.is_biased_by_design(finding), finding.bias_z.abs() < 3.0) {
@@ -110,24 +110,74 @@ impl Words<'_> {
         text
     }
 
+    /// How much longer it takes than the best for the error that the best has come to.
+    fn beside_the_best(&self, finding: &Finding) -> String {
+        let ranking = self.ranking();
+        let Some(best) = ranking.first().filter(|_| finding.worth.is_some()) else { return String::new() };
+        if std::ptr::eq(*best, finding) {
+            return match self.experiment.reach {
+                _ if ranking.len() == 1 => String::new(),
+                Some(_) => "No other takes less time. ".to_owned(),
+                None => "No other is more efficient. ".to_owned(),
+            };
+        }
+        if share(finding, best).is_some_and(|(_, interval)| interval.is_some_and(|interval| interval.contains(1.0))) {
+            return "The best is not measurably better. ".to_owned();
+        }
+        let name = self.label(best);
+        let error = percent(last_error(best));
+        match ratios(finding, best) {
+            Some((_, time)) => {
+                let (value, range) = known(time.value, time.interval);
+                let takes = self.takes(finding, time.extrapolated);
+                format!(
+                    "For the error that {name} has at its largest budget ({error}) it {takes} {value} times as long{}. ",
+                    within(range)
+                )
+            }
+            None => {
+                format!("What it takes for the error that {name} has at its largest budget ({error}) cannot be told. ")
+            }
+        }
+    }
+
+    /// "takes", or how it is foreseen.
+    fn takes(&self, finding: &Finding, extrapolated: bool) -> &'static str {
+        match (extrapolated, finding.points.len()) {
+            (false, _) => "takes",
+            (true, 1) => "would take, if its squared error falls as 1/n,",
+            (true, _) => "would take, extrapolated,",
+        }
+    }
+
     /// What the error of `--reach`, or else 5 %, costs.
     fn price_sentence(&self, finding: &Finding) -> String {
+        if finding.last().relmse <= 0.0 && !finding.last().outliers {
+            return "Its error at the largest budget is below what the reference can tell. ".to_owned();
+        }
         let asked = self.experiment.reach.unwrap_or(0.05);
-        let price = finding.prices.iter().find(|price| price.error == asked);
-        let Some((price, cpu_seconds)) = price.and_then(|price| Some((price, price.cpu_seconds?))) else {
-            return String::new();
-        };
-        let takes = if price.extrapolated { "would take, extrapolated," } else { "takes" };
-        let (time, range) = known_seconds(cpu_seconds, price.interval);
-        format!("An error of {} {takes} {time} of CPU time{}. ", target(price.error), within(range))
+        match finding.prices.iter().find(|price| price.error == asked) {
+            Some(&Price { cpu_seconds: Some(cpu_seconds), interval, extrapolated, .. }) => {
+                let takes = self.takes(finding, extrapolated);
+                let (time, range) = known_seconds(cpu_seconds, interval);
+                format!("An error of {} {takes} {time} of CPU time{}. ", target(asked), within(range))
+            }
+            Some(Price { unknown: Some(Unknown::TooUncertain), .. }) => {
+                format!("What an error of {} takes cannot be told from these runs. ", target(asked))
+            }
+            _ => String::new(),
+        }
     }
 
     fn biased_sentence(&self, finding: &Finding) -> String {
         let direction = if finding.bias > 0.0 { "bright" } else { "dark" };
         let bias = percent(finding.relative_bias.abs());
-        let mut text = format!("Its images are {bias} too {direction} (z = {}). ", score(finding.bias_z));
-        if let Some(Law::Floor { floor, .. }) = finding.law.filter(|_| finding.floor > 0.0) {
-            let (level, last) = (floor.sqrt(), last_error(finding));
+        let mut text = match finding.relative_bias.is_finite() {
+            true => format!("Its images are {bias} too {direction} (z = {}). ", score(finding.bias_z)),
+            false => "Its images show light where the reference is black. ".to_owned(),
+        };
+        if let Some(level) = finding.level {
+            let (level, last) = (level.floor.sqrt(), last_error(finding));
             let there = if (last / level - 1.0).abs() < 0.05 { ", and has got there" } else { "" };
             let interval = finding.floor_interval.map(|interval| interval.map(f64::sqrt));
             let (level, range) = known_percent(level, interval);
@@ -154,11 +204,15 @@ impl Words<'_> {
         let ranking = self.ranking();
         if ranking.len() > 1 {
             let item = |finding: &&Finding| {
-                let share = self.relative_efficiency(finding).unwrap_or(0.0);
+                let share = self.share_of_best(finding).unwrap_or(0.0);
                 format!("{} ({})", self.label(finding), percent(share))
             };
             let order: Vec<String> = ranking.iter().map(item).collect();
-            said.push(format!("By efficiency, as shares of the best: {}.", order.join(", ")));
+            let what = match self.experiment.reach {
+                Some(error) => format!("By CPU time to an error of {}, speeds", target(error)),
+                None => "By efficiency at the largest budget,".to_owned(),
+            };
+            said.push(format!("{what} as shares of the best: {}.", order.join(", ")));
         }
         said.extend(self.against_others());
         said.extend(self.bsdf_against_nee());
@@ -188,56 +242,70 @@ impl Words<'_> {
         let ranking = self.ranking();
         let best = |own: bool| ranking.iter().find(|finding| self.strategy(finding).is_some() == own).copied();
         let (own, other) = (best(true)?, best(false)?);
-        let ratio = own.efficiency? / other.efficiency?;
-        let (first, second, ratio) = if ratio >= 1.0 { (own, other, ratio) } else { (other, own, ratio.recip()) };
-        Some(format!("{} is {} as efficient as {}.", self.label(first), times(ratio), self.label(second)))
+        let compared = self.compared(own, other)?;
+        Some(format!("{} {compared} {}, by {}.", self.label(own), self.label(other), self.ranked_by()))
+    }
+
+    /// How the worth of one compares with that of another, between their names: "is 3.4 times (95 %: 3.1 to 3.8) as good as".
+    fn compared(&self, this: &Finding, other: &Finding) -> Option<String> {
+        let good = if self.experiment.reach.is_some() { "fast" } else { "efficient" };
+        let (ratio, interval) = share(this, other)?;
+        let part = |ratio: f64, interval: Option<Interval>| {
+            let (value, range) = known(ratio, interval);
+            format!("{value} times{}", within(range))
+        };
+        Some(match interval {
+            Some(interval) if interval.contains(1.0) => format!("is not measurably more or less {good} than"),
+            _ if ratio >= 1.0 => format!("is {} as {good} as", part(ratio, interval)),
+            _ => {
+                let (ratio, interval) = (ratio.recip(), interval.map(|interval| interval.map(f64::recip)));
+                format!("is less {good}, by {}, than", part(ratio, interval))
+            }
+        })
     }
 
     fn bsdf_against_nee(&self) -> Option<String> {
         let (bsdf, nee) = (self.first_of(Strategy::Bsdf)?, self.first_of(Strategy::Nee)?);
-        let ratio = sample_ratio(bsdf, nee)?;
-        let in_time = ratio.value * bsdf.cpu_seconds_by_sample / nee.cpu_seconds_by_sample;
-        let spp = nee.points.last()?.spp;
+        let (samples, time) = ratios(bsdf, nee)?;
+        let samples = samples?;
         let error = percent(last_error(nee));
-        let takes = if ratio.extrapolated { "would take, extrapolated," } else { "takes" };
-        let (value, range) = known(ratio.value, ratio.interval);
+        let takes = self.takes(bsdf, samples.extrapolated);
+        let (value, range) = known(samples.value, samples.interval);
         Some(format!(
-            "For the error that nee has with {} a pixel ({error}), bsdf {takes} {value} times as many samples{} and {} the CPU time. (The \
-             lecture speaks of 10 or 20 times as many for the scene it shows.)",
-            count(spp.round() as u64, "sample"),
+            "For the error that nee has with {} a pixel ({error}), bsdf {takes} {value} times as many samples{} and {} the CPU \
+             time.",
+            count(nee.last().spp.round() as u64, "sample"),
             within(range),
-            times(in_time),
+            times(time.value),
         ))
     }
 
     fn averaging(&self) -> Option<String> {
-        let of = |strategy: Strategy| self.first_of(strategy)?.efficiency;
-        let [bsdf, average, nee] = [of(Strategy::Bsdf)?, of(Strategy::NeeAverage)?, of(Strategy::Nee)?];
-        let compare = |ratio: f64| match ratio {
-            r if r >= 1.0 => format!("{} as efficient as", times(r)),
-            r => format!("less efficient, by a factor of {}, than", significant(1.0 / r, 2)),
-        };
+        let [bsdf, average, nee] =
+            [self.first_of(Strategy::Bsdf)?, self.first_of(Strategy::NeeAverage)?, self.first_of(Strategy::Nee)?];
+        let (first, second) = (self.compared(average, bsdf)?, self.compared(nee, average)?);
         Some(format!(
-            "Averaging both techniques (nee-average) is {} BSDF sampling alone, and 0/1 weights (nee) are {} averaging.",
-            compare(average / bsdf),
-            compare(nee / average)
+            "Averaging both techniques (nee-average) {first} BSDF sampling alone, and 0/1 weights (nee) {second} averaging."
         ))
     }
 }
 
 /// How the error falls with the samples: half the power of relMSE.
 fn slope_sentence(finding: &Finding) -> String {
-    let Some(fit) = finding.relmse_by_samples else { return String::new() };
-    let Some(interval) = fit.slope_interval else { return String::new() };
-    let verdict = match (interval.contains(-1.0), fit.law.slope < -1.0) {
+    let Some(slope) = finding.relmse_by_samples else { return String::new() };
+    let Some(interval) = slope.interval else { return String::new() };
+    let (text, range) = known_exponent(slope.value / 2.0, Some(interval.map(|slope| slope / 2.0)));
+    if interval.high >= 0.0 {
+        return format!("Its error does not fall measurably with the samples (power {text}{}). ", within(range));
+    }
+    let verdict = match (interval.contains(-1.0), slope.value < -1.0) {
         (true, _) => "as that of independent samples does",
         (false, true) => "faster than that of independent samples",
         (false, false) => "more slowly than that of independent samples",
     };
-    let (slope, range) = known_exponent(fit.law.slope / 2.0, Some(interval.map(|slope| slope / 2.0)));
-    let factor = 4f64.powf(-fit.law.slope / 2.0);
+    let factor = 4f64.powf(-slope.value / 2.0);
     format!(
-        "Its error falls with the power {slope} of the samples{}, {verdict}: four times the samples divide it by {}. ",
+        "Its error falls with the power {text} of the samples{}, {verdict}: four times the samples divide it by {}. ",
         within(range),
         significant(factor, 3)
     )

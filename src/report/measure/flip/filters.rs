@@ -1,7 +1,7 @@
 //! The filters of FLIP (sections 4.1.1 and 4.2 of the paper of 2020): what the eye resolves, and edges and points.
 //!
 //! All are sums of products of one-dimensional filters (Gaussians and their derivatives), so rows are filtered first
-//! and columns of the outcome next; a window of filtered rows moves down the picture. Beyond the borders the last pixel
+//! and columns of the outcome next; a window of filtered rows moves down the image. Beyond the borders the last pixel
 //! repeats. A filter is as wide as three standard deviations of the widest Gaussian, rounded up.
 
 use super::color;

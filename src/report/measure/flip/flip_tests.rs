@@ -148,7 +148,7 @@ fn an_exposure_is_a_factor_before_the_cut() {
     let brighter = |image: &Image| image_of(image, |v| v * 4.0);
     let found = ldr(&test, &reference, 2.0, PIXELS_PER_DEGREE);
     assert_eq!(found, ldr(&brighter(&test), &brighter(&reference), 0.0, PIXELS_PER_DEGREE));
-    // HDR chooses its exposures: a factor on both pictures, here a power of two, moves the range alone.
+    // HDR chooses its exposures: a factor on both images, here a power of two, moves the range alone.
     let (found, scaled) =
         (hdr(&test, &reference, PIXELS_PER_DEGREE), hdr(&brighter(&test), &brighter(&reference), PIXELS_PER_DEGREE));
     assert!(found.iter().zip(&scaled).all(|(a, b)| (a - b).abs() < 1e-9));

@@ -53,7 +53,7 @@ pub struct Plot {
     /// What the y axis counts.
     pub y_values: Values,
     /// Where the y axis begins and ends, both above 0; nothing: where the data do. What lies outside is cut off, and series
-    /// that end outside have no name ([`Plot::outside`]).
+    /// that end outside are not drawn ([`Plot::outside`]): they would be lines without a name.
     pub y_range: Option<(f64, f64)>,
 }
 
@@ -103,10 +103,13 @@ impl Plot {
         }
     }
 
-    /// The names of the series that end outside of `y_range`, and so have no name in the drawing.
+    /// The names of the series that end outside of `y_range`, and so are not drawn.
     pub fn outside(&self) -> Vec<&str> {
-        let outside = |series: &&Series| series.end().is_some_and(|mark| !self.in_range(mark.y));
-        self.series.iter().filter(outside).map(|series| series.label.as_str()).collect()
+        self.series.iter().filter(|series| self.is_outside(series)).map(|series| series.label.as_str()).collect()
+    }
+
+    fn is_outside(&self, series: &Series) -> bool {
+        series.end().is_some_and(|mark| !self.in_range(mark.y))
     }
 
     fn in_range(&self, y: f64) -> bool {
@@ -156,7 +159,7 @@ impl Plot {
 
     /// A part of every series, in its colour; that of the largest `size` lies lowest.
     fn layer(&self, size: fn(Style) -> f64, part: impl Fn(&Series) -> Markup) -> Markup {
-        let mut series: Vec<&Series> = self.series.iter().collect();
+        let mut series: Vec<&Series> = self.series.iter().filter(|series| !self.is_outside(series)).collect();
         let size = |series: &&Series| size(Style::of(series.style));
         series.sort_by(|a, b| size(b).total_cmp(&size(a)));
         let parts = series.into_iter().map(|series| (color(series.style), part(series)));
@@ -283,7 +286,7 @@ mod tests {
             assert_eq!(named, expected.contains(&series.label), "{}", series.label);
             assert_eq!(!named, plot.outside().contains(&series.label.as_str()));
         }
-        // Lines lie in an inner svg, which cuts off what leaves it; markers outside are not there.
+        // Lines lie in an inner svg, which cuts off what leaves it; markers outside are not there, nor what ends outside.
         let tree = roxmltree::Document::parse(&text).unwrap();
         let inner = tree.root_element().children().find(|node| node.tag_name().name() == "svg").unwrap();
         assert!(
@@ -293,7 +296,8 @@ mod tests {
         );
         let (_, _, y) = plot.frame(Layout::WIDE);
         let markers = tree.descendants().filter(|node| node.has_attribute("transform")).count();
-        let held = all.series.iter().flat_map(|series| &series.marks).filter(|mark| y.holds(mark.y)).count();
+        let drawn = all.series.iter().filter(|series| expected.contains(&series.label));
+        let held = drawn.flat_map(|series| &series.marks).filter(|mark| y.holds(mark.y)).count();
         assert_eq!(markers, held + expected.len());
     }
 
