@@ -52,7 +52,7 @@ pub fn comparison(words: &Words) -> Markup {
                 td { (signed_percent(finding.relative_bias)) }
                 td { (score(finding.bias_z)) }
                 td class=[(share == Some(1.0)).then_some("best")] {
-                    (share.map_or(tag(finding).unwrap_or("–").to_owned(), percent))
+                    (share.map_or_else(|| without_share(finding), percent))
                 }
                 td {
                     @if let Some(efficiency) = finding.efficiency {
@@ -64,6 +64,12 @@ pub fn comparison(words: &Words) -> Markup {
         }
     };
     scrolling(&rows)
+}
+
+/// What stands where a configuration has no share of the best.
+fn without_share(finding: &Finding) -> String {
+    let exact = finding.last().relmse <= 0.0 && !finding.last().outliers;
+    tag(finding).unwrap_or(if exact { "no error" } else { "–" }).to_owned()
 }
 
 /// Half the slope of relMSE; of a biased strategy the level where its error ends.
@@ -246,7 +252,7 @@ pub fn overview(words: &Words, summaries: &[Summary], all: &[Finding]) -> Markup
         let found = all.iter().find(|f| (f.case, f.configuration) == (case, configuration));
         match share_of_best(all, case, configuration) {
             Some(share) => percent(share),
-            None => found.and_then(tag).map_or_else(dash, str::to_owned),
+            None => found.map_or_else(dash, without_share),
         }
     };
     let rows = html! {

@@ -153,7 +153,7 @@ impl Words<'_> {
     /// What the error of `--reach`, or else 5 %, costs.
     fn price_sentence(&self, finding: &Finding) -> String {
         if finding.last().relmse <= 0.0 && !finding.last().outliers {
-            return "Its error at the largest budget is below what the reference can tell. ".to_owned();
+            return "Its error at the largest budget is 0, or below what the reference can tell. ".to_owned();
         }
         let asked = self.experiment.reach.unwrap_or(0.05);
         match finding.prices.iter().find(|price| price.error == asked) {
@@ -285,7 +285,8 @@ impl Words<'_> {
             [self.first_of(Strategy::Bsdf)?, self.first_of(Strategy::NeeAverage)?, self.first_of(Strategy::Nee)?];
         let (first, second) = (self.compared(average, bsdf)?, self.compared(nee, average)?);
         Some(format!(
-            "Averaging both techniques (nee-average) {first} BSDF sampling alone, and 0/1 weights (nee) {second} averaging."
+            "Averaging both techniques (nee-average) {first} BSDF sampling alone; choosing one by 0/1 weights (nee) {second} \
+             averaging."
         ))
     }
 }
