@@ -8,7 +8,7 @@ use crate::sampler::{random_words, unit};
 
 const SIDE: u32 = 32;
 
-const EXACT: Ask = Ask { exact: true, confidence: 0.95, targets: &TARGETS, reach: None };
+const EXACT: Ask = Ask { exact: true, bounded: true, confidence: 0.95, targets: &TARGETS, reach: None };
 
 /// An image whose pixels are `mean` + noise of variance `variance / spp`, nearly normal.
 fn picture(mean: f64, variance: f64, spp: u32, seed: u32) -> Image {
@@ -132,6 +132,19 @@ fn rare_bright_samples_that_nobody_has_met_are_told_from_bias() {
         found.verdict
     };
     assert_eq!((verdict(true), verdict(false)), (Verdict::Undersampled, Verdict::Biased));
+    // Noise everywhere: only what weights bound can be called biased.
+    let images = [1, 2].map(|seed| picture(0.998, 0.25, 16, seed));
+    let mut pool = Pool::new((SIDE * SIDE) as usize);
+    images.iter().zip(0..).for_each(|(image, repeat)| pool.add(image, repeat, 512));
+    let runs = [0, 1].map(|repeat| run(&images[repeat as usize], &reference, 0, repeat, 512));
+    let runs: Vec<&Run> = runs.iter().collect();
+    let verdict = |bounded: bool, mean: f64| {
+        let found = find(&runs, &pool, &picture(2.0 - mean, 0.0, 1, 7), &Ask { bounded, ..EXACT });
+        assert!(found.bias_z.abs() > BIAS_Z && found.bias_z.abs() < 30.0, "{}", found.bias_z);
+        found.verdict
+    };
+    assert_eq!((verdict(false, 0.98), verdict(true, 0.98)), (Verdict::Undersampled, Verdict::Biased));
+    assert_eq!(verdict(false, 1.02), Verdict::Biased, "too bright");
 }
 
 #[test]

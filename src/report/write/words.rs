@@ -84,8 +84,8 @@ impl Words<'_> {
         match finding.verdict {
             Verdict::Biased => self.biased_sentence(finding),
             Verdict::Undersampled => format!(
-                "Its images are too dark by {} (z = {}), though it is exact: its noise is in a few pixels, and rare bright \
-                 samples that no run has met look like this. More samples would tell.",
+                "Its images are too dark by {} (z = {}), though it is exact: rare bright samples that no run has met look like \
+                 this. More samples would tell.",
                 percent(finding.relative_bias.abs()),
                 score(finding.bias_z)
             ),
