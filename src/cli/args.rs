@@ -160,6 +160,12 @@ fn with_units(text: &str) -> Option<f64> {
     Some(sum)
 }
 
+/// Frames a second.
+pub fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse::<f64>().ok().filter(|rate| *rate > 0.0 && rate.is_finite());
+    rate.ok_or_else(|| "give a number of frames a second above 0".to_owned())
+}
+
 /// Exposure in stops, within what changes an 8-bit image.
 pub fn exposure(text: &str) -> Result<f64, String> {
     let valid = |stops: &f64| (-200.0..=200.0).contains(stops);

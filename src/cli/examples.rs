@@ -23,7 +23,9 @@ Examples:
   octray render scenes/sky.toml -o sky.png --width 320 --height 240 --exposure 1
       a small one, a stop brighter
   octray render builtin:lamp_hall -o hall.exr --strategy nee --lights power
-      another way to estimate direct light and to choose its lights";
+      another way to estimate direct light and to choose its lights
+  octray render builtin:rooms --frames 0..47 -o walk/####.png --spp 32
+      two seconds of a camera that moves, a file a frame";
 
 /// Of `octray info`.
 pub const INFO: &str = "\

@@ -50,6 +50,10 @@ struct Info {
     precise_triangles: usize,
     /// Emissive triangles, and one for an environment.
     lights: usize,
+    /// Keys of a camera that moves; 0: it stands still.
+    camera_keys: usize,
+    /// The times of the first and the last, seconds.
+    camera_seconds: [f64; 2],
     tables: Vec<Table>,
     strategy: &'static str,
     /// The strategy's expected image is wrong on purpose.
@@ -85,14 +89,15 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
     let of_view = camera::warnings(&scene.desc.camera, scene.desc.film.1);
     of_view.iter().for_each(|warning| warn(warning));
     let warnings = [&scene.desc.warnings[..], &prepared.warnings[..], &of_view[..]].concat();
-    let info = gather(&prepared, &settings, warnings);
+    let info = gather(&scene, &prepared, &settings, warnings);
     args.json.deliver(&info, || text(&info))?;
     Ok(0)
 }
 
-fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) -> Info {
+fn gather(scene: &Scene, prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) -> Info {
     let setup = Setup::new(prepared, settings);
     let plan = Plan::new(&setup);
+    let keys = scene.desc.camera_path.keys();
     // The lights' tables depend on strategy and selection; making them may make tables of the scene's.
     let tables = prepared.tables().into_iter().chain(setup.lights.tables());
     Info {
@@ -101,6 +106,8 @@ fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) 
         triangles: prepared.triangles.len(),
         precise_triangles: prepared.bvh.precise_triangles().0,
         lights: prepared.emitters.len() + prepared.environment.is_some() as usize,
+        camera_keys: keys.len(),
+        camera_seconds: [keys.first(), keys.last()].map(|key| key.map_or(0.0, |key| key.time)),
         film: setup.frame.film,
         tables: tables.map(|(name, bytes)| Table { name, bytes }).collect(),
         strategy: settings.strategy.name(),
@@ -129,6 +136,7 @@ fn text(info: &Info) -> String {
         row("triangles", count(info.triangles as u64)),
         row("  tested in f64", count(info.precise_triangles as u64)),
         row("lights", count(info.lights as u64)),
+        row("camera", camera_text(info.camera_keys, info.camera_seconds)),
         row("loaded in", format!("{} s", three_digits(info.load_s))),
         row("built in", format!("{} s", three_digits(info.build_s))),
         row("SIMD", info.simd.to_string()),
@@ -159,6 +167,16 @@ fn text(info: &Info) -> String {
     text += "\nleft out\n";
     text += &table(&info.left_out.iter().map(|left| row(left.what, left.why.clone())).collect::<Vec<_>>());
     text
+}
+
+/// How the camera moves.
+fn camera_text(keys: usize, [first, last]: [f64; 2]) -> String {
+    match keys {
+        0 => "stands still".to_owned(),
+        _ => {
+            format!("moves through {keys} key{} from {first} to {last} s (--frames)", if keys == 1 { "" } else { "s" })
+        }
+    }
 }
 
 /// Bytes in the largest unit that keeps at least one digit before the point.

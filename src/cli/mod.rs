@@ -10,6 +10,7 @@ mod converge;
 mod cpu;
 mod diff;
 mod examples;
+mod frames;
 mod info;
 mod interrupt;
 mod numbers;

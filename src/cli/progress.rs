@@ -13,20 +13,23 @@ const STEPS: u64 = 1000;
 /// Shows how far a render has come.
 pub struct Bar {
     bar: ProgressBar,
+    /// Of what frame, if it is one of a sequence.
+    title: String,
     time: Option<Duration>,
     target: Option<f64>,
 }
 
 impl Bar {
     /// A bar for a render with `settings`; hidden if `quiet` or if nobody would see it.
-    pub fn new(settings: &Settings, quiet: bool) -> Bar {
+    pub fn new(settings: &Settings, frame: Option<u32>, quiet: bool) -> Bar {
         let hidden = quiet || !std::io::stderr().is_terminal();
         let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
         let bar = ProgressBar::with_draw_target(Some(STEPS), target);
         if let Ok(style) = ProgressStyle::with_template("{bar:24} {percent:>3} %  {wide_msg}") {
             bar.set_style(style);
         }
-        Bar { bar, time: settings.time, target: settings.target_error }
+        let title = frame.map(|frame| format!("frame {frame}: ")).unwrap_or_default();
+        Bar { bar, title, time: settings.time, target: settings.target_error }
     }
 
     /// Shows `progress`.
@@ -36,7 +39,8 @@ impl Bar {
         }
         let done = fraction(progress, self.time, self.target);
         self.bar.set_position((done * STEPS as f64) as u64);
-        self.bar.set_message(message(progress, seconds_left(progress, self.time, self.target)));
+        let message = message(progress, seconds_left(progress, self.time, self.target));
+        self.bar.set_message(format!("{}{message}", self.title));
     }
 
     /// Removes the bar.

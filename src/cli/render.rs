@@ -5,6 +5,7 @@ use crate::camera;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs};
 use crate::cli::examples;
+use crate::cli::frames::{FrameArgs, Shot, seed_of};
 use crate::cli::interrupt;
 use crate::cli::numbers::{percent, three_digits};
 use crate::cli::output::{check_json_path, check_place, make_directory, print, whole_path, write_json};
@@ -16,10 +17,14 @@ use crate::error::{Error, Result};
 use crate::film::OutOfRange;
 use crate::image::{Format, check_output_path};
 use crate::render::{Render, render_from};
+use crate::scene::desc::CameraDesc;
+use crate::scene::validate::camera_fault;
 use crate::settings::{Crop, Engine, Sampler, Settings};
 use crate::setup::frame::Frame;
+use crate::tables::{PreparedScene, scale_limits};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// What the help says of noise.
@@ -62,6 +67,8 @@ pub struct RenderArgs {
     /// Render this rectangle of the film only
     #[arg(long, value_name = "X,Y,W,H", value_parser = args::crop, allow_hyphen_values = true)]
     crop: Option<Crop>,
+    #[command(flatten)]
+    sequence: FrameArgs,
     /// Stops of exposure for PNG; other formats hold radiance as it is
     #[arg(long, value_name = "EV", default_value = "0", value_parser = args::exposure, allow_negative_numbers = true)]
     exposure: f64,
@@ -82,36 +89,76 @@ fn spp_help() -> String {
 
 /// Runs the command; the exit status.
 pub fn run(args: &RenderArgs) -> Result<u8> {
-    check_outputs(args)?;
-    let scene = Scene::load(&args.scene)?;
-    let mut settings = settings(args, &scene);
+    let shots = args.sequence.shots(&args.output, args.stats.as_deref())?;
+    shots.iter().try_for_each(check_outputs)?;
+    let mut scene = Scene::load(&args.scene)?;
+    let of_path = args.sequence.place(&mut scene.desc)?;
+    scene.desc.warnings.extend(of_path);
+    scene.desc.warnings.iter().for_each(|warning| warn(warning));
+    // Whatever can be wrong with any frame is told before the first.
+    let cameras: Vec<CameraDesc> = shots.iter().map(|shot| args.sequence.camera(&scene.desc, shot.frame)).collect();
+    let frame = Frame::new(&settings(args, &scene), scene.desc.film)?;
+    for (shot, camera) in shots.iter().zip(&cameras) {
+        let place = shot.frame.map(|frame| format!("frame {frame}: ")).unwrap_or_default();
+        let fault =
+            |message: &str| Error::Scene { scene: scene.desc.name.clone(), message: format!("{place}{message}") };
+        camera_fault(camera).map_or(Ok(()), |message| Err(fault(&format!("camera: {message}"))))?;
+        scale_limits::check_reach(camera).map_err(|message| fault(&message))?;
+    }
+    let of_view: BTreeSet<String> = cameras.iter().flat_map(|desc| camera::warnings(desc, frame.film.1)).collect();
+    of_view.iter().for_each(|warning| warn(warning));
+    scene.desc.warnings.extend(of_view);
+    scene.desc.camera = cameras[0];
+    let mut prepared = prepare(&scene)?;
+    let stop = interrupt::requested()?;
+    let mut complete = true;
+    for (shot, camera) in shots.iter().zip(cameras) {
+        if args.sequence.is_left_out(shot) {
+            continue;
+        }
+        (scene.desc.camera, prepared.camera) = (camera, camera);
+        complete &= render_shot(args, shot, &scene, &prepared, &stop)?;
+        if stop.load(Ordering::Relaxed) {
+            complete = false;
+            break;
+        }
+    }
+    Ok(if complete { 0 } else { 1 })
+}
+
+/// Renders one image, or one frame of a sequence, and writes its files; whether all of it was done.
+fn render_shot(
+    args: &RenderArgs,
+    shot: &Shot,
+    scene: &Scene,
+    prepared: &PreparedScene,
+    stop: &AtomicBool,
+) -> Result<bool> {
+    let mut settings = settings(args, scene);
+    settings.seed = seed_of(settings.seed, shot.frame);
     let frame = Frame::new(&settings, scene.desc.film)?;
-    let state = State::new(&args.output[0], &scene.desc, &settings, &frame);
+    let state = State::new(&shot.outputs[0], &scene.desc, &settings, &frame);
     let start = state.read(&mut settings)?;
     let start_spp = start.as_ref().map_or(0, |film| film.spp);
     let mut warnings = scene.desc.warnings.clone();
-    warnings.extend(camera::warnings(&scene.desc.camera, frame.film.1));
-    warnings.iter().for_each(|warning| warn(warning));
-
-    let prepared = prepare(&scene)?;
     warnings.extend_from_slice(&prepared.warnings);
-    args.output.iter().chain(&args.stats).try_for_each(|path| make_directory(path))?;
-    let stop = interrupt::requested()?;
-    let bar = Bar::new(&settings, args.quiet);
-    let mut render = render_from(&prepared, &settings, start.as_ref(), &|progress| {
+    shot.outputs.iter().chain(&shot.stats).try_for_each(|path| make_directory(path))?;
+    let bar = Bar::new(&settings, shot.frame, args.quiet);
+    let mut render = render_from(prepared, &settings, start.as_ref(), &|progress| {
         bar.show(&progress);
         !stop.load(Ordering::Relaxed)
     });
     bar.finish();
 
     render.film.exposure = args.exposure;
+    render.film.metadata.extend(shot.frame.map(|frame| ("frame".to_owned(), frame.to_string())));
     let mut found = findings(&render);
-    found.extend(beyond_f32(&render, &args.output));
+    found.extend(beyond_f32(&render, &shot.outputs));
     found.iter().for_each(|warning| warn(warning));
     warnings.extend(found);
     // Every file is tried: one full disk must not cost the image that fits elsewhere.
     let (mut written, mut complete) = (Vec::new(), render.stats.finished);
-    for path in &args.output {
+    for path in &shot.outputs {
         match render.film.save(path) {
             Ok(()) => written.push(path.as_path()),
             Err(error) => {
@@ -120,8 +167,8 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
             }
         }
     }
-    if let Some(path) = &args.stats
-        && let Err(error) = write_json(path, &Report::new(&prepared, &settings, &frame, &render, start_spp, &warnings))
+    if let Some(path) = &shot.stats
+        && let Err(error) = write_json(path, &Report::new(prepared, &settings, &frame, &render, start_spp, &warnings))
     {
         report(&error);
         complete = false;
@@ -132,18 +179,18 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
         (false, _) => state.keep(&render, settings.spp)?,
     }
     if !args.quiet {
-        print(&summary(&settings, &render, &written))?;
+        print(&summary(&settings, &render, &written, shot.frame.is_some()))?;
     }
-    Ok(if complete { 0 } else { 1 })
+    Ok(complete)
 }
 
 /// Everything that can be known about the outputs before the work starts.
-fn check_outputs(args: &RenderArgs) -> Result<()> {
-    let images = args.output.iter();
+fn check_outputs(shot: &Shot) -> Result<()> {
+    let images = shot.outputs.iter();
     images.clone().try_for_each(|path| check_place(path, |path| check_output_path(path)))?;
-    args.stats.iter().try_for_each(|path| check_json_path("--stats", path))?;
+    shot.stats.iter().try_for_each(|path| check_json_path("--stats", path))?;
     let mut seen: Vec<PathBuf> = Vec::new();
-    for path in images.chain(&args.stats) {
+    for path in images.chain(&shot.stats) {
         let whole = whole_path(path);
         if seen.contains(&whole) {
             return Err(Error::Usage(format!(
@@ -226,7 +273,7 @@ fn beyond_f32(render: &Render, outputs: &[PathBuf]) -> Option<String> {
 }
 
 /// A few lines: what was written, how it was rendered, its noise, how to go on.
-fn summary(settings: &Settings, render: &Render, written: &[&Path]) -> String {
+fn summary(settings: &Settings, render: &Render, written: &[&Path], of_sequence: bool) -> String {
     let (film, stats) = (&render.film, &render.stats);
     let bias = if settings.strategy.is_biased() { " (biased)" } else { "" };
     let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
@@ -247,7 +294,7 @@ fn summary(settings: &Settings, render: &Render, written: &[&Path]) -> String {
     ));
     lines.extend(noise(settings, render).map(|noise| format!("  {noise}")));
     // What an interrupted render says on standard error is how to go on.
-    if stats.finished {
+    if stats.finished && !of_sequence {
         lines.extend(next_step(written).map(|step| format!("next: {step}")));
     }
     lines.join("\n") + "\n"

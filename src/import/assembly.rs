@@ -8,6 +8,7 @@ use crate::import::toml::parse;
 use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, SceneFile};
 use crate::nearest::nearest;
 use crate::scene::builtin;
+use crate::scene::camera_path::CameraPath;
 use crate::scene::desc::{
     CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, MeshDesc, RenderDesc, SceneDesc, TriangleDesc,
 };
@@ -71,7 +72,7 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
     };
     scene.set_environment(environment);
     match camera {
-        Some(camera) => scene.camera = camera,
+        Some((camera, path)) => (scene.camera, scene.camera_path) = (camera, path),
         None => frame(&mut scene)?,
     }
     if scene.environment().is_none() && !emits(&scene) {
@@ -79,6 +80,15 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
     }
     validate::check(&scene)?;
     Ok(scene)
+}
+
+/// Loads a camera and its path from a TOML file: what `[camera]` of a scene file holds, its keys as `[[key]]`.
+///
+/// # Errors
+/// [`Error::Read`] and [`Error::Parse`] name the file, the line and what to do.
+pub fn load_camera_path(path: &Path) -> Result<(CameraDesc, CameraPath)> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    parse::parse_camera_path(path, &parse::toml_text(path, bytes)?)
 }
 
 /// Reads the environment map that `desc` names; `None` if it is all black. What cannot be radiance is an error where it is

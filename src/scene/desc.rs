@@ -1,5 +1,6 @@
 //! What a scene says, nothing derived: meshes, instances, materials, camera, lights, render defaults.
 
+use crate::scene::camera_path::CameraPath;
 use crate::scene::transform::Transform;
 use crate::settings::{Lights, Sampler};
 use crate::strategy::Strategy;
@@ -9,8 +10,10 @@ use crate::strategy::Strategy;
 pub struct SceneDesc {
     /// The path it was loaded from, or `builtin:NAME`; used in messages and metadata.
     pub name: String,
-    /// The camera.
+    /// The camera of an image by itself.
     pub camera: CameraDesc,
+    /// How it moves in a sequence of frames.
+    pub camera_path: CameraPath,
     /// Film size in pixels (width, height).
     pub film: (u32, u32),
     /// How samples are spread about a pixel's centre.

@@ -148,6 +148,11 @@ fn view_fault(scene: &SceneDesc) -> Option<String> {
     if let Some(fault) = camera_fault(&scene.camera) {
         return Some(format!("camera: {fault}"));
     }
+    for key in scene.camera_path.keys() {
+        if let Some(fault) = camera_fault(&key.camera) {
+            return Some(format!("camera key at {} s: {fault}", key.time));
+        }
+    }
     let (side, (width, height)) = (1..=MAX_FILM_SIDE, scene.film);
     if !side.contains(&width) || !side.contains(&height) {
         return Some(format!("the film is {width} x {height} pixels; each side must be 1 to {MAX_FILM_SIDE}"));

@@ -7,5 +7,6 @@ mod check;
 mod cli;
 mod converge;
 mod diff;
+mod frames;
 mod help;
 mod images;

@@ -3,12 +3,12 @@
 use crate::error::{Error, Result};
 use crate::import::obj::mtl::MtlMaterial;
 use crate::import::toml::reader::{Document, Table};
+use crate::scene::camera_path::{CameraKey, CameraPath};
 use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
 use crate::scene::transform;
 use crate::scene::transform::Similarity;
 use crate::scene::validate;
 use crate::settings::MAX_FILM_SIDE;
-use std::ops::Range;
 use std::path::Path;
 use std::str::FromStr;
 use toml::Spanned;
@@ -20,8 +20,8 @@ pub const DEFAULT_FILM: (u32, u32) = (512, 512);
 /// What a TOML scene file says.
 #[derive(Clone, Debug)]
 pub struct SceneFile {
-    /// The camera, if there is one.
-    pub camera: Option<CameraDesc>,
+    /// The camera, if there is one, and how it moves.
+    pub camera: Option<(CameraDesc, CameraPath)>,
     /// Film size in pixels.
     pub film: (u32, u32),
     /// The pixel filter.
@@ -178,23 +178,58 @@ pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
     })
 }
 
-fn parse_camera(table: &Table<'_>) -> Result<CameraDesc> {
-    table.check_keys(&["position", "look_at", "up", "vertical_fov", "aperture_radius", "focus_distance"], &[])?;
+/// Reads the text of a camera path: what stands in `[camera]` of a scene file, its keys as `[[key]]`.
+pub fn parse_camera_path(path: &Path, text: &str) -> Result<(CameraDesc, CameraPath)> {
+    let document = Document { path, text };
+    let root = DeTable::parse(text).map_err(|e| document.syntax_error(&e))?;
+    let root = Table { document, name: "the camera path".into(), span: 0..0, entries: root.get_ref() };
+    let (camera, path) = parse_camera(&root)?;
+    match path.keys().is_empty() {
+        true => Err(root.error("no keys: write [[key]] with `time`, `position` and `look_at`, one for each moment")),
+        false => Ok((camera, path)),
+    }
+}
+
+/// What a camera is made of, one key each.
+const CAMERA_KEYS: [&str; 6] = ["position", "look_at", "up", "vertical_fov", "aperture_radius", "focus_distance"];
+
+/// A camera and how it moves. Keys say what differs from the table they stand in; a table with keys may leave to them where
+/// the camera is, and then is the first of them by itself.
+fn parse_camera(table: &Table<'_>) -> Result<(CameraDesc, CameraPath)> {
+    table.check_keys(&[&CAMERA_KEYS[..], &["key"]].concat(), &[])?;
+    let mut keys = Vec::new();
+    for entry in table.tables("key", "a key is written with double brackets, one for each moment")? {
+        entry.check_keys(&[&CAMERA_KEYS[..], &["time"]].concat(), &[])?;
+        let time = entry.need("time", entry.number("time")?)?;
+        keys.push(CameraKey { time, camera: camera_of(&entry, Some(table))? });
+    }
+    let twice = |time: f64| table.error_at("key", format!("two keys have the time {time}; each needs one of its own"));
+    let path = CameraPath::new(keys).map_err(twice)?;
+    let placed = ["position", "look_at"].iter().all(|key| table.entries.contains_key(*key));
+    let camera = match path.keys().first() {
+        Some(first) if !placed => first.camera,
+        _ => camera_of(table, None)?,
+    };
+    Ok((camera, path))
+}
+
+/// The camera that `table` says; where it is silent `outer` does.
+fn camera_of(table: &Table<'_>, outer: Option<&Table<'_>>) -> Result<CameraDesc> {
     let default = CameraDesc::default();
-    let position = table.need("position", table.vector("position")?)?;
-    let look_at = table.need("look_at", table.vector("look_at")?)?;
+    let vector = |key: &str| table.vector(key).transpose().or_else(|| outer?.vector(key).transpose()).transpose();
+    let number = |key: &str| table.number(key).transpose().or_else(|| outer?.number(key).transpose()).transpose();
+    let position = table.need("position", vector("position")?)?;
+    let look_at = table.need("look_at", vector("look_at")?)?;
     let camera = CameraDesc {
         position,
         look_at,
-        up: table.vector("up")?.unwrap_or(default.up),
-        vertical_fov: table.number("vertical_fov")?.unwrap_or(default.vertical_fov),
-        aperture_radius: table.number("aperture_radius")?.unwrap_or(default.aperture_radius),
+        up: vector("up")?.unwrap_or(default.up),
+        vertical_fov: number("vertical_fov")?.unwrap_or(default.vertical_fov),
+        aperture_radius: number("aperture_radius")?.unwrap_or(default.aperture_radius),
         // A lens that does not say is in focus where the camera looks at; `camera_fault` judges it.
-        focus_distance: table.number("focus_distance")?.unwrap_or_else(|| {
-            match transform::distance(position, look_at) {
-                0.0 => default.focus_distance,
-                distance => distance,
-            }
+        focus_distance: number("focus_distance")?.unwrap_or_else(|| match transform::distance(position, look_at) {
+            0.0 => default.focus_distance,
+            distance => distance,
         }),
         to_world: None,
     };
@@ -252,18 +287,8 @@ fn choice<T: FromStr<Err = String>>(table: &Table<'_>, key: &str, later: &[&str]
 }
 
 fn parse_meshes(root: &Table<'_>) -> Result<Vec<MeshEntry>> {
-    let Some(value) = root.entries.get("mesh") else { return Ok(Vec::new()) };
-    let document = root.document;
-    let fault = |span: Range<usize>| document.error(span, "a mesh is written [[mesh]], with double brackets");
-    let Some(items) = value.get_ref().as_array() else { return Err(fault(value.span())) };
-    let mut meshes = Vec::new();
-    for item in items.iter() {
-        if !item.get_ref().is_table() {
-            return Err(fault(item.span()));
-        }
-        meshes.push(parse_mesh(&document.table("[[mesh]]", item)?)?);
-    }
-    Ok(meshes)
+    let entries = root.tables("mesh", "a mesh is written [[mesh]], with double brackets")?;
+    entries.iter().map(parse_mesh).collect()
 }
 
 fn parse_mesh(table: &Table<'_>) -> Result<MeshEntry> {

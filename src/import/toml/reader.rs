@@ -205,6 +205,18 @@ impl<'a> Table<'a> {
         self.document.table(format!("{} {key}", self.name), value).map(Some)
     }
 
+    /// The tables of the array `key`, none if it is not there; `wanted` says how they are written.
+    pub fn tables(&self, key: &str, wanted: &str) -> Result<Vec<Table<'a>>> {
+        let Some(value) = self.entries.get(key) else { return Ok(Vec::new()) };
+        let fault = |span: Range<usize>| self.document.error(span, wanted);
+        let Some(items) = value.get_ref().as_array() else { return Err(fault(value.span())) };
+        let table = |item: &'a Spanned<DeValue<'a>>| match item.get_ref().is_table() {
+            true => self.document.table(format!("[[{key}]]"), item),
+            false => Err(fault(item.span())),
+        };
+        items.iter().map(table).collect()
+    }
+
     /// `value`, or the error that `key` is missing.
     pub fn need<T>(&self, key: &str, value: Option<T>) -> Result<T> {
         value.ok_or_else(|| self.error(format!("`{key}` is missing")))

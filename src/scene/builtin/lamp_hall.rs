@@ -3,6 +3,7 @@
 //! so which lamps matter changes from place to place.
 
 use crate::scene::builtin::{Mesh, add_ball, diffuse, fractal, uniform};
+use crate::scene::camera_path::CameraPath;
 use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
 use glam::DVec3;
 
@@ -78,6 +79,7 @@ pub(super) fn lamp_hall(name: String, lamps: u32) -> SceneDesc {
             vertical_fov: 60.0,
             ..CameraDesc::default()
         },
+        camera_path: CameraPath::default(),
         film: (640, 480),
         filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(64), ..RenderDesc::default() },

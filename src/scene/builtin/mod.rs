@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::nearest::close;
+use crate::scene::camera_path::CameraPath;
 use crate::scene::desc::{
     CameraDesc, EnvironmentDesc, InstanceDesc, LightDesc, MaterialDesc, MeshDesc, PixelFilter, RenderDesc, Scattering,
     SceneDesc, TriangleDesc,
@@ -104,6 +105,7 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
             vertical_fov: 58.0,
             ..CameraDesc::default()
         },
+        camera_path: CameraPath::default(),
         film: (512, 512),
         filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(16), ..RenderDesc::default() },

@@ -1,0 +1,170 @@
+//! Sequences of frames: which, where their files go, what tells one from another.
+
+use crate::cli::args;
+use crate::error::{Error, Result};
+use crate::import::assembly::load_camera_path;
+use crate::scene::SceneDesc;
+use crate::scene::desc::CameraDesc;
+use std::path::{Path, PathBuf};
+
+/// Flags of a sequence.
+#[derive(clap::Args)]
+pub struct FrameArgs {
+    /// Render frames A to B, both included, or a single one: with the camera where its path has it at frame / fps seconds,
+    /// and random numbers of their own. `####` in the names of outputs becomes the frame's number
+    #[arg(long, value_name = "A..B", value_parser = Frames::parse)]
+    frames: Option<Frames>,
+    /// Frames a second
+    #[arg(long, value_name = "F", default_value = "24", value_parser = args::rate, allow_negative_numbers = true)]
+    fps: f64,
+    /// Take the camera and its path from this TOML file: what `[camera]` of a scene file holds, its keys as [[key]]
+    #[arg(long, value_name = "FILE")]
+    camera_path: Option<PathBuf>,
+    /// Leave out frames whose outputs are all there
+    #[arg(long, requires = "frames")]
+    skip_existing: bool,
+}
+
+/// Frames `first` to `last`, both included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frames {
+    first: u32,
+    last: u32,
+}
+
+impl Frames {
+    /// `A..B` or `A`.
+    fn parse(text: &str) -> std::result::Result<Frames, String> {
+        let wanted = "give whole numbers: A..B for frames A to B, both included, or A for one";
+        let number = |text: &str| text.trim().parse::<u32>().map_err(|_| wanted.to_owned());
+        let (first, last) = text.split_once("..").unwrap_or((text, text));
+        let frames = Frames { first: number(first)?, last: number(last)? };
+        match frames.first <= frames.last {
+            true => Ok(frames),
+            false => Err(format!("frame {first} comes after {last}: give the first frame first")),
+        }
+    }
+}
+
+/// One render of a call.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shot {
+    /// Its frame; `None`: an image by itself.
+    pub frame: Option<u32>,
+    /// Its images.
+    pub outputs: Vec<PathBuf>,
+    /// Where its statistics go.
+    pub stats: Option<PathBuf>,
+}
+
+impl FrameArgs {
+    /// The renders that are asked for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where several frames would go to one file.
+    pub fn shots(&self, outputs: &[PathBuf], stats: Option<&Path>) -> Result<Vec<Shot>> {
+        let Some(Frames { first, last }) = self.frames else {
+            return Ok(vec![Shot { frame: None, outputs: outputs.to_vec(), stats: stats.map(Path::to_owned) }]);
+        };
+        if let Some(path) = outputs.iter().map(PathBuf::as_path).chain(stats).find(|path| numbered(path, 0).is_none())
+            && first < last
+        {
+            return Err(Error::Usage(format!(
+                "{}: every frame needs a file of its own: put #### for its number into the name",
+                path.display()
+            )));
+        }
+        let named = |path: &Path, frame: u32| numbered(path, frame).unwrap_or_else(|| path.to_owned());
+        let shot = |frame: u32| Shot {
+            frame: Some(frame),
+            outputs: outputs.iter().map(|path| named(path, frame)).collect(),
+            stats: stats.map(|path| named(path, frame)),
+        };
+        Ok((first..=last).map(shot).collect())
+    }
+
+    /// Whether `shot` was made by an earlier call and is to be left out.
+    pub fn is_left_out(&self, shot: &Shot) -> bool {
+        self.skip_existing && shot.outputs.iter().all(|path| path.exists())
+    }
+
+    /// Gives `scene` the camera path that a flag names; what to warn of.
+    ///
+    /// # Errors
+    /// [`Error::Read`] and [`Error::Parse`] of the file.
+    pub fn place(&self, scene: &mut SceneDesc) -> Result<Option<String>> {
+        if let Some(path) = &self.camera_path {
+            (scene.camera, scene.camera_path) = load_camera_path(path)?;
+        }
+        let still = scene.camera_path.keys().is_empty() && self.frames.is_some_and(|frames| frames.first < frames.last);
+        Ok(still.then(|| {
+            "the camera does not move: the scene has no [[camera.key]], and no --camera-path is given".to_owned()
+        }))
+    }
+
+    /// The camera of `scene` in `frame`; that of an image by itself where it does not move, or in no frame.
+    pub fn camera(&self, scene: &SceneDesc, frame: Option<u32>) -> CameraDesc {
+        let at = frame.and_then(|frame| scene.camera_path.at(f64::from(frame) / self.fps));
+        at.unwrap_or(scene.camera)
+    }
+}
+
+/// The seed of a frame of a sequence that begins with `seed`: every frame has noise of its own.
+pub fn seed_of(seed: u32, frame: Option<u32>) -> u32 {
+    // The golden ratio of 2^32: an odd step, so that no two frames share a seed, and far from those of neighbouring seeds.
+    seed.wrapping_add(frame.unwrap_or(0).wrapping_mul(0x9e37_79b9))
+}
+
+/// `path` with the frame's number in place of the last run of `#` in its name; `None` where there is none.
+fn numbered(path: &Path, frame: u32) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let end = name.rfind('#')? + 1;
+    let start = name[..end].trim_end_matches('#').len();
+    Some(path.with_file_name(format!("{}{frame:0width$}{}", &name[..start], &name[end..], width = end - start)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_a_range_or_one() {
+        assert_eq!(Frames::parse("3..12"), Ok(Frames { first: 3, last: 12 }));
+        assert_eq!(Frames::parse("7"), Ok(Frames { first: 7, last: 7 }));
+        for text in ["", "..", "3..", "..4", "-1..2", "1.5", "4..3", "1...3", "a..b", "99999999999"] {
+            assert!(Frames::parse(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_stand_where_the_name_has_them() {
+        let of = |path: &str| numbered(Path::new(path), 42).map(|path| path.display().to_string());
+        assert_eq!(of("out#/a.####.exr").as_deref(), Some("out#/a.0042.exr"));
+        assert_eq!(of("#.png").as_deref(), Some("42.png"));
+        assert_eq!(of("take#2_##.exr").as_deref(), Some("take#2_42.exr"));
+        assert_eq!((of("a.exr"), of("####/a.exr")), (None, None));
+    }
+
+    #[test]
+    fn every_frame_has_its_files_and_its_seed() {
+        let args = |frames: Option<&str>| FrameArgs {
+            frames: frames.map(|text| Frames::parse(text).unwrap()),
+            fps: 24.0,
+            camera_path: None,
+            skip_existing: false,
+        };
+        let outputs = ["a.##.exr", "b#.png"].map(PathBuf::from);
+        let shots = args(Some("9..10")).shots(&outputs, Some(Path::new("s#.json"))).unwrap();
+        let files =
+            |shot: &Shot| shot.outputs.iter().chain(&shot.stats).map(|path| path.display().to_string()).collect();
+        let files: Vec<Vec<String>> = shots.iter().map(files).collect();
+        assert_eq!(files, [["a.09.exr", "b9.png", "s9.json"], ["a.10.exr", "b10.png", "s10.json"]]);
+        // One frame may go to a plain name, several may not.
+        let plain = [PathBuf::from("a.exr")];
+        assert_eq!(args(Some("9")).shots(&plain, None).unwrap()[0].outputs, plain);
+        assert!(args(Some("9..10")).shots(&plain, None).is_err());
+        assert_eq!(args(None).shots(&outputs, None).unwrap()[0].outputs, outputs);
+        let seeds: std::collections::HashSet<u32> = (0..1000).map(|frame| seed_of(7, Some(frame))).collect();
+        assert_eq!((seeds.len(), seed_of(7, Some(0)), seed_of(7, None)), (1000, 7, 7));
+    }
+}
