@@ -158,6 +158,7 @@ mod tests {
             ("builtn:heavy:20000", Some("builtin:heavy:20000")),
             ("buildin:lamphall", Some("builtin:lamp_hall")),
             ("lamp_hall:100", Some("builtin:lamp_hall:100")),
+            ("builtin:room:3", Some("builtin:rooms:3")),
             ("nothing", None),
         ] {
             assert_eq!(near_builtin(name).as_deref(), wanted, "{name}");

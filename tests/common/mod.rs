@@ -5,7 +5,7 @@ use glam::DVec3;
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 11] = [
+pub const SCENES: [&str; 13] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
@@ -15,8 +15,10 @@ pub const SCENES: [&str; 11] = [
     "scenes/glass.toml",
     "scenes/sky.toml",
     "scenes/leaves.toml",
+    "scenes/door_ajar.toml",
     "builtin:heavy:20000",
     "builtin:lamp_hall:300",
+    "builtin:rooms:3",
 ];
 
 /// A scene of ours, ready; panics with the reason if it does not load.

@@ -113,7 +113,7 @@ fn slips_are_answered_with_what_may_have_been_meant() {
     for name in ["builtin:hevy", "heavy", "buildin:heavy"] {
         refused(&["info", name], 2, "did you mean `builtin:heavy`?");
     }
-    refused(&["info", "builtin:nonsense"], 2, "no such scene; known: builtin:heavy, builtin:lamp_hall");
+    refused(&["info", "builtin:nonsense"], 2, "no such scene; known: builtin:heavy, builtin:lamp_hall, builtin:rooms");
     for (flags, message) in [
         (&["--strategy", "mispower"][..], "did you mean `mis-power`?"),
         (&["--strategy", "balance"], "did you mean `mis-balance`?"),

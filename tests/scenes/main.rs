@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod hidden_lights;
 mod loading;
 mod real;
 mod robust;

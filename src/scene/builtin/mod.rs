@@ -12,9 +12,10 @@ use glam::DVec3;
 use std::ops::RangeInclusive;
 
 mod lamp_hall;
+mod rooms;
 
 /// What may stand behind `builtin:`.
-pub const NAMES: &[&str] = &["heavy", "lamp_hall"];
+pub const NAMES: &[&str] = &["heavy", "lamp_hall", "rooms"];
 
 /// A scene made in code; its size may follow its name: `heavy:20000`.
 struct Builtin {
@@ -29,7 +30,7 @@ struct Builtin {
 }
 
 /// Below the smallest sizes the fixed parts do not fit (or light up nothing); above the largest, memory is the limit.
-const SCENES: [Builtin; 2] = [
+const SCENES: [Builtin; 3] = [
     Builtin { name: NAMES[0], counts: "triangle count", size: 1_200_000, sizes: 2_000..=50_000_000, make: heavy },
     Builtin {
         name: NAMES[1],
@@ -38,6 +39,7 @@ const SCENES: [Builtin; 2] = [
         sizes: 100..=1_000_000,
         make: lamp_hall::lamp_hall,
     },
+    Builtin { name: NAMES[2], counts: "number of rooms along a side", size: 6, sizes: 1..=100, make: rooms::rooms },
 ];
 
 /// Builds `builtin:NAME` or `builtin:NAME:SIZE`.

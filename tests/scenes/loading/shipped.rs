@@ -153,6 +153,18 @@ fn the_lamp_hall_has_its_lamps_each_on_a_wall_and_none_over_another() {
 
 const LAMP_HALL_DIGEST: u64 = 0xF244_F27A_460D_E47D;
 
+/// What the rooms are is tested in `hidden_lights`.
+#[test]
+fn the_rooms_are_the_same_on_every_machine() {
+    let scene = SceneDesc::load("builtin:rooms").unwrap();
+    assert_eq!(scene.geometry().triangles.len(), 18_048);
+    assert!((0..18_048).all(|i| !is_degenerate(scene.geometry().vertices(i))));
+    assert!(["clay", "glazed", "bronze"].iter().all(|ball| volume(&scene, ball) > 0.0), "the balls face outwards");
+    assert_eq!(digest(&scene), ROOMS_DIGEST, "builtin:rooms changed: old measurements no longer compare");
+}
+
+const ROOMS_DIGEST: u64 = 0xE121_CF76_52C2_2B2D;
+
 #[test]
 fn unknown_builtins_name_the_known() {
     for name in [
@@ -162,13 +174,15 @@ fn unknown_builtins_name_the_known() {
         "builtin:heavy:1",
         "builtin:heavy:99999999999",
         "builtin:lamp_hall:9",
+        "builtin:rooms:0",
+        "builtin:rooms:101",
     ] {
         let error = SceneDesc::load(name).unwrap_err();
         let message = error.to_string();
         assert!(
             error.exit_status() == 2
                 && message.starts_with(name)
-                && ["heavy", "lamps"].iter().any(|word| message.contains(word)),
+                && ["heavy", "lamps", "number of rooms"].iter().any(|word| message.contains(word)),
             "{message}"
         );
     }
