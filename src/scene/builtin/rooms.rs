@@ -6,6 +6,7 @@
 //! has no doorway, and its direct light a closed form: Lambert's formula of its one lamp.
 
 use crate::scene::builtin::{Mesh, add_ball, diffuse, fractal, uniform};
+use crate::scene::camera_path::{CameraKey, CameraPath};
 use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
 use glam::DVec3;
 
@@ -19,6 +20,8 @@ const DOOR: f64 = 2.1;
 /// Half the width of a doorway, and how far its middle may lie from that of the wall.
 const HALF_DOOR: f64 = 0.5;
 const SHIFT: f64 = 0.9;
+/// Height of the camera.
+const EYE: f64 = 1.6;
 /// Half the side of a lamp, and how far it hangs below the ceiling.
 const LAMP: f64 = 0.4;
 const GAP: f64 = 0.02;
@@ -65,15 +68,17 @@ pub(super) fn rooms(name: String, side: u32) -> SceneDesc {
         add_things(&mut mesh, place);
         add_lamp(&mut mesh, place);
     }
+    let camera = CameraDesc {
+        position: [-2.2, EYE, 1.45],
+        look_at: [1.2, 1.15, -1.55],
+        up: [0.0, 1.0, 0.0],
+        vertical_fov: 62.0,
+        ..CameraDesc::default()
+    };
     SceneDesc {
         name,
-        camera: CameraDesc {
-            position: [-2.2, 1.6, 1.45],
-            look_at: [1.2, 1.15, -1.55],
-            up: [0.0, 1.0, 0.0],
-            vertical_fov: 62.0,
-            ..CameraDesc::default()
-        },
+        camera,
+        camera_path: if side > 1 { walk(camera) } else { CameraPath::default() },
         film: (640, 480),
         filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(64), ..RenderDesc::default() },
@@ -85,6 +90,27 @@ pub(super) fn rooms(name: String, side: u32) -> SceneDesc {
         lights: Vec::new(),
         warnings: Vec::new(),
     }
+}
+
+/// A walk of eight seconds: from where the camera stands through two doorways, into the room beyond the corner.
+fn walk(camera: CameraDesc) -> CameraPath {
+    let [(first, ahead), (second, aside)] = [([0, 0], SIDES[1]), ([0, -1], SIDES[2])];
+    let at = |place: Place, side: Place, out: f64| {
+        let [left, right] = doorway(place, side);
+        point(place, side, out, 0.5 * (left + right), EYE).to_array()
+    };
+    let (ahead, aside) = (|out: f64| at(first, ahead, out), |out: f64| at(second, aside, out));
+    let steps = [
+        (2.0, ahead(1.2), ahead(5.0)),
+        (3.0, ahead(0.5 * PITCH), ahead(7.0)),
+        (4.0, ahead(PITCH - 1.2), aside(0.5 * PITCH)),
+        (5.5, aside(1.2), aside(5.0)),
+        (6.5, aside(0.5 * PITCH), aside(7.0)),
+        (8.0, aside(PITCH - 1.2), aside(9.0)),
+    ];
+    let key = |time: f64, camera: CameraDesc| CameraKey { time, camera };
+    let steps = steps.map(|(time, position, look_at)| key(time, CameraDesc { position, look_at, ..camera }));
+    CameraPath::new(std::iter::once(key(0.0, camera)).chain(steps).collect()).unwrap_or_default()
 }
 
 fn materials() -> Vec<MaterialDesc> {

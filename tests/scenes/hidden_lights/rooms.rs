@@ -6,7 +6,7 @@ use glam::DVec3;
 use octray::internal::sampler::{random_words, unit};
 use octray::scene::SceneDesc;
 use octray::scene::desc::{CameraDesc, Scattering};
-use octray::{Lights, Scene, Settings, Strategy, render};
+use octray::{F32x8, Lights, Mask8, RayPacket, Scene, Settings, Strategy, Vec3x8, render};
 use std::collections::{HashMap, HashSet};
 
 const PITCH: f64 = 5.0;
@@ -72,6 +72,32 @@ fn every_room_has_one_lamp_and_the_cameras_the_weakest() {
         let all: HashSet<u32> = strengths.into_values().collect();
         assert!(side < 6 || all == HashSet::from([1, 2, 5, 10, 20, 50, 100]), "{all:?}");
     }
+}
+
+/// The walk goes through doorways and meets nothing, and ends two rooms on.
+#[test]
+fn the_camera_walks_through_doorways() {
+    for side in [2, 6] {
+        let scene = rooms(side);
+        let eye = |step: u32| DVec3::from(scene.camera_path.at(f64::from(step) / 30.0).unwrap().position);
+        assert_eq!((place(eye(0)), place(eye(150)), place(eye(240))), ([0, 0], [0, -1], [-1, -1]));
+        let prepared = Scene::from(scene.clone()).prepare().unwrap();
+        for step in 0..240 {
+            // From where it is to where it will be, and a step to either side.
+            let (here, next) = (eye(step), eye(step + 1));
+            let aside = (next - here).cross(DVec3::Y).normalize_or_zero() * 0.2;
+            for toward in [next - here, aside, -aside].map(|toward| toward.as_vec3().to_array()) {
+                let rays = RayPacket {
+                    origin: Vec3x8::splat(here.as_vec3().to_array()),
+                    direction: Vec3x8::splat(toward),
+                    tmin: F32x8::splat(0.0),
+                    tmax: F32x8::splat(1.0),
+                };
+                assert!(!prepared.occluded(&rays, Mask8::ALL).any(), "{side}, step {step}: {here} {toward:?}");
+            }
+        }
+    }
+    assert!(rooms(1).camera_path.keys().is_empty(), "there is nowhere to go");
 }
 
 /// A larger square holds the smaller: only walls that were outer ones change.
