@@ -8,7 +8,7 @@ use crate::import::toml::parse;
 use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, SceneFile};
 use crate::nearest::nearest;
 use crate::scene::builtin;
-use crate::scene::camera_path::CameraPath;
+use crate::scene::camera::CameraPath;
 use crate::scene::desc::{
     CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, MeshDesc, RenderDesc, SceneDesc, TriangleDesc,
 };

@@ -1,9 +1,11 @@
 //! What a scene says, nothing derived: meshes, instances, materials, camera, lights, render defaults.
 
-use crate::scene::camera_path::CameraPath;
+use crate::scene::camera::CameraPath;
 use crate::scene::transform::Transform;
 use crate::settings::{Lights, Sampler};
 use crate::strategy::Strategy;
+
+pub use crate::scene::camera::CameraDesc;
 
 /// A scene as its files say it, before any table is built.
 #[derive(Clone, Debug, Default)]
@@ -218,60 +220,6 @@ pub enum Scattering {
         /// GGX width of the coat, in [0, 1].
         alpha: f64,
     },
-}
-
-/// A camera that looks at a point, or that a matrix places. Lengths in scene units, angle in degrees.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CameraDesc {
-    /// The eye.
-    pub position: [f64; 3],
-    /// A point on the optical axis; not the eye.
-    pub look_at: [f64; 3],
-    /// Up; not parallel to the axis.
-    pub up: [f64; 3],
-    /// Camera space to world space, by rows, in place of `position`, `look_at` and `up`: `p'[i] = m[i][0] x + m[i][1] y +
-    /// m[i][2] z + m[i][3]`. Its columns are right, up, backward and the eye: the camera looks along its own -z, with x to the
-    /// image's right and y to its top. The axes need not be orthonormal but must be independent; the lens and the plane in
-    /// focus are measured in camera space.
-    pub to_world: Option<[[f64; 4]; 3]>,
-    /// Full vertical field of view, in (0, 180) degrees.
-    pub vertical_fov: f64,
-    /// Radius of the thin lens, scene units; 0: a pinhole.
-    pub aperture_radius: f64,
-    /// Distance of the plane in focus from the eye, along the axis, scene units; above 0. Of no effect on a pinhole.
-    pub focus_distance: f64,
-}
-
-impl CameraDesc {
-    /// The eye, whichever way the camera is placed.
-    pub fn eye(&self) -> [f64; 3] {
-        self.to_world.map_or(self.position, |rows| rows.map(|row| row[3]))
-    }
-}
-
-impl CameraDesc {
-    /// How far from the origin of the scene, along any axis, the eye and its lens reach.
-    pub fn reach(&self) -> f64 {
-        let lens = self.to_world.map_or(1.0, |rows| {
-            let length = |i: usize| rows.iter().map(|row| row[i] * row[i]).sum::<f64>().sqrt();
-            length(0).max(length(1))
-        });
-        self.eye().iter().fold(0.0, |most: f64, x| most.max(x.abs())) + self.aperture_radius * lens
-    }
-}
-
-impl Default for CameraDesc {
-    fn default() -> Self {
-        CameraDesc {
-            position: [0.0, 0.0, 1.0],
-            look_at: [0.0; 3],
-            up: [0.0, 1.0, 0.0],
-            to_world: None,
-            vertical_fov: 35.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-        }
-    }
 }
 
 /// What surrounds the scene.

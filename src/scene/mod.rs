@@ -5,7 +5,7 @@
 //! passes before tables are made of it. Nothing here reads files or knows of tables, engines, strategies or films.
 
 pub mod builtin;
-pub mod camera_path;
+pub mod camera;
 pub mod desc;
 pub mod fingerprint;
 pub mod flatten;

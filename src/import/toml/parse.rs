@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::import::obj::mtl::MtlMaterial;
 use crate::import::toml::reader::{Document, Table};
-use crate::scene::camera_path::{CameraKey, CameraPath};
+use crate::scene::camera::{CameraKey, CameraPath};
 use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
 use crate::scene::transform;
 use crate::scene::transform::Similarity;

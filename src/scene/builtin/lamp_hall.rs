@@ -3,7 +3,7 @@
 //! so which lamps matter changes from place to place.
 
 use crate::scene::builtin::{Mesh, add_ball, diffuse, fractal, uniform};
-use crate::scene::camera_path::CameraPath;
+use crate::scene::camera::CameraPath;
 use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
 use glam::DVec3;
 

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::nearest::close;
-use crate::scene::camera_path::CameraPath;
+use crate::scene::camera::CameraPath;
 use crate::scene::desc::{
     CameraDesc, EnvironmentDesc, InstanceDesc, LightDesc, MaterialDesc, MeshDesc, PixelFilter, RenderDesc, Scattering,
     SceneDesc, TriangleDesc,

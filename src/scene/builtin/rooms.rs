@@ -6,7 +6,7 @@
 //! has no doorway, and its direct light a closed form: Lambert's formula of its one lamp.
 
 use crate::scene::builtin::{Mesh, add_ball, diffuse, fractal, uniform};
-use crate::scene::camera_path::{CameraKey, CameraPath};
+use crate::scene::camera::{CameraKey, CameraPath};
 use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
 use glam::DVec3;
 
