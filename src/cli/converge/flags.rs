@@ -27,7 +27,7 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "TIME,..", value_delimiter = ',', value_parser = args::seconds, allow_negative_numbers = true)]
     pub times: Vec<Duration>,
     /// Independent runs of each; intervals need at least two
-    #[arg(long, value_name = "R", default_value = "6", value_parser = clap::value_parser!(u32).range(1..=10_000),
+    #[arg(long, value_name = "R", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=10_000),
           allow_negative_numbers = true)]
     pub repeats: u32,
     /// Run exact strategies with more and more samples until their error (root of relMSE) is down to E (0.05 or 5%)
