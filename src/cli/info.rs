@@ -9,10 +9,11 @@ use crate::cli::output::{JsonArgs, table};
 use crate::cli::{prepare, warn};
 use crate::error::Result;
 use crate::lanes::simd_level;
+use crate::learn::outcome::Learning;
 use crate::packet::explain::{self, LeftOut, PlannedStage};
 use crate::packet::plan::Plan;
+use crate::render::pilot::resolve;
 use crate::settings::Settings;
-use crate::setup::Setup;
 use crate::tables::PreparedScene;
 use crate::tables::features::Features;
 use crate::tables::lights::table::selection_name;
@@ -58,6 +59,8 @@ struct Info {
     light_selection: &'static str,
     /// What it comes to for these lights; `null`: the strategy draws no light samples, or there is no light.
     light_selection_used: Option<String>,
+    /// What learning them came to and cost; `null`: nothing was to be learned.
+    learning: Option<Learning>,
     sampler: &'static str,
     /// `null`: unbounded.
     max_depth: Option<u32>,
@@ -91,7 +94,7 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
 }
 
 fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) -> Info {
-    let setup = Setup::new(prepared, settings);
+    let setup = resolve(prepared, settings);
     let plan = Plan::new(&setup);
     // The lights' tables depend on strategy and selection; making them may make tables of the scene's.
     let tables = prepared.tables().into_iter().chain(setup.lights.tables());
@@ -107,6 +110,7 @@ fn gather(prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) 
         biased: settings.strategy.is_biased(),
         light_selection: settings.lights.name(),
         light_selection_used: setup.samples_lights().then(|| selection_name(&setup.lights)),
+        learning: setup.learning.clone(),
         sampler: settings.sampler.name(),
         max_depth: settings.max_depth,
         rr_depth: settings.rr_depth,
@@ -151,6 +155,10 @@ fn text(info: &Info) -> String {
         row("seed", info.seed.to_string()),
         row("samples a pixel", info.spp.to_string()),
     ]);
+    if let Some(learning) = &info.learning {
+        text += "\nlearned\n";
+        text += &table(&learned(learning).map(|(left, right)| row(left, right)));
+    }
     let total: usize = info.tables.iter().map(|table| table.bytes).sum();
     text += &format!("\ntables, {} in all\n", bytes(total));
     text += &table(&info.tables.iter().map(|table| row(table.name, bytes(table.bytes))).collect::<Vec<_>>());
@@ -159,6 +167,21 @@ fn text(info: &Info) -> String {
     text += "\nleft out\n";
     text += &table(&info.left_out.iter().map(|left| row(left.what, left.why.clone())).collect::<Vec<_>>());
     text
+}
+
+/// What was learned of the lights, in words.
+fn learned(learning: &Learning) -> [(&'static str, String); 2] {
+    let pilot = match learning.grid {
+        Some((columns, rows)) => format!(
+            "{} paths over {columns} x {rows} pixels in {} s; {} of tables",
+            count(learning.paths),
+            three_digits(learning.cpu_seconds),
+            bytes(learning.bytes)
+        ),
+        None => "none".into(),
+    };
+    let used = if learning.used { "used" } else { "not used" };
+    [("training render", pilot), ("choice of lights", format!("{used}: {}", learning.why))]
 }
 
 /// Bytes in the largest unit that keeps at least one digit before the point.

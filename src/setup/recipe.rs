@@ -19,6 +19,7 @@ impl Recipe {
             ("scene", scene.to_string()),
             ("strategy", settings.strategy.to_string()),
             ("lights", settings.lights.to_string()),
+            ("train", settings.train.to_string()),
             ("sampler", settings.sampler.to_string()),
             ("seed", settings.seed.to_string()),
             ("max_depth", depth(settings.max_depth, "unbounded")),
