@@ -42,6 +42,7 @@
 //! | `bvh` | tree of eight children a node, and the walks through it; all give the same bits |
 //! | `strategy` | one row a strategy: what its samples count |
 //! | `setup` | one render, resolved: what both engines are told |
+//! | `learn` | what a training render finds out about lights before a render begins; its laws |
 //! | `packet` | the fast engine: SoA queues, stages over eight lanes, the plan |
 //! | `reference` | the plain engine: one path at a time, compiled for `f32` and for `f64` |
 //! | `render` | threads over tiles, passes over samples; which engine |

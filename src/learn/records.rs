@@ -127,7 +127,7 @@ mod tests {
                 let pair = 9 * (i % 7) + level * (1 + i % 5);
                 lesson.push(Visit { pair, column: i % 8, plain: 256 + i, square: i * 1_000 });
             }
-            (lesson, i % 4 != 0)
+            (lesson, !i.is_multiple_of(4))
         };
         (0..200).map(lesson).collect()
     }

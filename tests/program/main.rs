@@ -9,3 +9,4 @@ mod converge;
 mod diff;
 mod help;
 mod images;
+mod learned;
