@@ -218,14 +218,14 @@ fn surfaces_and_lights(criterion: &mut Criterion) {
         "light sample on a triangle",
         |first| {
             let words = [0, 1, 2, 3].map(|word| U32x8::load(&words[word], first));
-            let light = sample_lights(&lights, &blocks[first / LANES], Mask8::ALL, &words.into());
+            let light = sample_lights(&lights, &blocks[first / LANES], U32x8::ZERO, Mask8::ALL, &words.into());
             let [x, y, z] = columns3(light.shadow_direction);
             // Samples that cannot contribute hold anything on lanes and nothing in the reference.
             let valid: Mask8 = light.valid;
             [light.pdf_dir, light.cosine, x, y, z].map(|value| valid.select(value, F32x8::ZERO))
         },
         |item| {
-            sample_light(&lights, &points[item], &words.map(|word| word[item]).into()).map_or([0.0; 5], |light| {
+            sample_light(&lights, &points[item], 0, &words.map(|word| word[item]).into()).map_or([0.0; 5], |light| {
                 let [x, y, z] = light.shadow_direction.to_array();
                 [light.pdf_dir, light.cosine, x, y, z]
             })

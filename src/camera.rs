@@ -83,6 +83,13 @@ fn power_of_two(least: f64, most: f64) -> f64 {
 }
 
 impl Camera {
+    /// The same view, lens and all, on a film of `grid` (columns, rows) instead of `film` pixels, which need not be square.
+    pub fn on_grid(&self, film: (u32, u32), grid: (u32, u32)) -> Camera {
+        let stretched = |step: [f32; 3], film: u32, grid: u32| step.map(|x| x * (film as f32 / grid as f32));
+        let right = stretched(self.right, film.0, grid.0);
+        Camera { right, down: stretched(self.down, film.1, grid.1), ..*self }
+    }
+
     /// The camera of `desc` (already validated) for a film of `width` x `height` square pixels; `vertical_fov` spans the
     /// height; image right is forward x up, or the first column of [`CameraDesc::to_world`].
     pub fn new(desc: &CameraDesc, filter: PixelFilter, width: u32, height: u32) -> Camera {

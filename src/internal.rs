@@ -25,6 +25,8 @@ pub mod image;
 pub mod import;
 #[path = "lanes/mod.rs"]
 pub mod lanes;
+#[path = "learn/mod.rs"]
+pub mod learn;
 #[path = "math.rs"]
 pub mod math;
 #[path = "named_choice.rs"]

@@ -42,6 +42,7 @@
 //! | `bvh` | tree of eight children a node, and the walks through it; all give the same bits |
 //! | `strategy` | one row a strategy: what its samples count |
 //! | `setup` | one render, resolved: what both engines are told |
+//! | `learn` | what a training render finds out about lights before a render begins; its laws |
 //! | `packet` | the fast engine: SoA queues, stages over eight lanes, the plan |
 //! | `reference` | the plain engine: one path at a time, compiled for `f32` and for `f64` |
 //! | `render` | threads over tiles, passes over samples; which engine |
@@ -56,7 +57,7 @@
 //! | `cli` | one file a command (feature `cli`) |
 //!
 //! Layers, top to bottom, nothing imports upwards and no files form a circle (a test reads the sources): `cli > {report, check} >
-//! {render, api} > {packet, reference} > {import, setup, film, image, camera, stats, trace} > tables > {scene, bvh} >
+//! {render, api} > {packet, reference} > {import, setup, learn, film, image, camera, stats, trace} > tables > {scene, bvh} >
 //! {settings, strategy, sampler, lanes, math, color, error, clock, fault, fingerprint, nearest, named_choice}`.
 //!
 //! A material kind is a row in `tables::materials::TABLE`, a file in `packet/bsdf` and one in `reference/bsdf` (each with
@@ -94,8 +95,8 @@ pub mod scene;
 
 // Inside the crate a room is named without the house.
 use internal::{
-    api, bvh, camera, clock, color, error, fault, film, fingerprint, image, import, lanes, math, named_choice, nearest,
-    packet, reference, render, sampler, settings, setup, stats, strategy, tables, trace,
+    api, bvh, camera, clock, color, error, fault, film, fingerprint, image, import, lanes, learn, math, named_choice,
+    nearest, packet, reference, render, sampler, settings, setup, stats, strategy, tables, trace,
 };
 
 pub use api::Scene;
@@ -104,7 +105,7 @@ pub use error::{Error, Result};
 pub use film::Film;
 pub use lanes::{F32x8, Mask8, U32x8, Vec3x8, simd_level};
 pub use render::{Progress, Render, render, render_from, render_with};
-pub use settings::{Crop, Engine, Lights, Sampler, Settings};
+pub use settings::{Crop, Engine, Lights, Sampler, Settings, Train};
 pub use stats::{RayCounts, StageStats, Stats};
 pub use strategy::Strategy;
 pub use tables::PreparedScene;

@@ -13,6 +13,9 @@ named_choice! {
         Power = "power",
         /// By what each light can send to the point, found in a tree ([`crate::tables::lights::tree`]). The default.
         Tree = "tree",
+        /// By the tree, its clusters weighed by what their samples turned out to be worth in a training render
+        /// ([`crate::learn`]); where that would not pay, by the tree alone.
+        Learned = "learned",
     }
 }
 
@@ -33,6 +36,42 @@ named_choice! {
         Packet = "packet",
         /// One ray at a time: the plain reference.
         Scalar = "scalar",
+    }
+}
+
+/// How long the training render is, before a render that learns ([`Lights::Learned`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Train {
+    /// As the size of the film suggests.
+    Auto,
+    /// Nothing is learned.
+    Off,
+    /// About so many paths.
+    Paths(u32),
+}
+
+impl std::fmt::Display for Train {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Train::Auto => f.pad("auto"),
+            Train::Off => f.pad("off"),
+            Train::Paths(paths) => std::fmt::Display::fmt(paths, f),
+        }
+    }
+}
+
+impl std::str::FromStr for Train {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Train, String> {
+        match text {
+            "auto" => Ok(Train::Auto),
+            "off" => Ok(Train::Off),
+            _ => match text.parse() {
+                Ok(paths) if paths > 0 => Ok(Train::Paths(paths)),
+                _ => Err(format!("give a number of paths from 1 to {}, `auto` or `off`", u32::MAX)),
+            },
+        }
     }
 }
 
@@ -68,6 +107,8 @@ pub struct Settings {
     pub strategy: Strategy,
     /// How light samples choose lights.
     pub lights: Lights,
+    /// How long the training render is, where something is learned.
+    pub train: Train,
     /// Where sample numbers come from.
     pub sampler: Sampler,
     /// Scattering events a path may have; `None`: unbounded (to the guard of 2^20).
@@ -101,6 +142,7 @@ impl Default for Settings {
             target_error: None,
             strategy: Strategy::MisPower,
             lights: Lights::Tree,
+            train: Train::Auto,
             sampler: Sampler::Sobol,
             max_depth: None,
             rr_depth: Some(DEFAULT_RR_DEPTH),

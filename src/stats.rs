@@ -1,6 +1,7 @@
 //! What a render cost and met: numbers for reports, which nothing reads to decide anything.
 
 use crate::film::NonFinite;
+use crate::learn::outcome::Learning;
 
 /// Rays of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -50,6 +51,9 @@ pub struct Stats {
     pub render_s: f64,
     /// CPU seconds of rendering alone, user and system, all threads.
     pub cpu_s: f64,
+    /// What learning came to and cost; its seconds are among those of rendering, its rays among none. `None`: nothing was to be
+    /// learned.
+    pub learning: Option<Learning>,
     /// Camera paths followed.
     pub paths: u64,
     /// Rays traced.

@@ -309,7 +309,7 @@ pub fn worst_sum_of_probabilities(scene: &PreparedScene, places: u64, seed: u32)
             let height = numbers.magnitude(-6.0, 0.0) * (b - a).length();
             let normal = DVec3::from(scene.triangles[triangle].normal.map(f64::from));
             let origin = (a + (b - a) * u + (c - a) * v + normal * height).as_vec3();
-            let receiver = Receiver { origin, normal: numbers.direction().as_vec3() };
+            let receiver = Receiver { origin, normal: numbers.direction().as_vec3(), row: 0 };
             let of = |light: Light| f64::from(probability(&lights, &receiver, light));
             let mut sum = if lights.environment.is_some() { of(Light::Environment) } else { 0.0 };
             sum += (0..lights.records.len() as u32).map(|emitter| of(Light::Emitter(emitter))).sum::<f64>();

@@ -462,9 +462,9 @@ fn light_density(effort: &Effort) -> Result<Outcome> {
         if cosine < 0.01 {
             continue;
         }
-        let receiver = single::lights::tree::Receiver { origin, normal };
+        let receiver = single::lights::tree::Receiver { origin, normal, row: 0 };
         let got = single::lights::sample::light_pdf_dir(&lights, &receiver, light, t, cosine);
-        let receiver = double::lights::tree::Receiver { origin: origin.as_dvec3(), normal: normal.as_dvec3() };
+        let receiver = double::lights::tree::Receiver { origin: origin.as_dvec3(), normal: normal.as_dvec3(), row: 0 };
         let wanted = double::lights::sample::light_pdf_dir(&lights, &receiver, light, f64::from(t), f64::from(cosine));
         errors.add(got, wanted, || format!("lamp {light} from {origin:?}"));
     }
@@ -486,8 +486,8 @@ fn light_sample(effort: &Effort) -> Result<Outcome> {
         let draws: LightDraws<u32, f32> = [(); 4].map(|()| numbers.word()).into();
         let point = single::surface::surface_point(floor, None, u, v, Vec3::NEG_Y);
         let exact = double::surface::surface_point(floor, None, f64::from(u), f64::from(v), DVec3::NEG_Y);
-        let got = single::lights::sample::sample_light(&lights, &point, &draws);
-        let wanted = double::lights::sample::sample_light(&lights, &exact, &draws);
+        let got = single::lights::sample::sample_light(&lights, &point, 0, &draws);
+        let wanted = double::lights::sample::sample_light(&lights, &exact, 0, &draws);
         if let (Some(got), Some(wanted)) = (got, wanted) {
             let value = got.radiance.x * got.cosine / got.pdf_dir;
             let truth = wanted.radiance.x * wanted.cosine / wanted.pdf_dir;

@@ -1,6 +1,6 @@
 //! Flags that several commands share, and how their values are read. Precedence: flag, scene's `[render]`, default.
 
-use crate::settings::{Crop, Lights, MAX_FILM_SIDE, Sampler, Settings};
+use crate::settings::{Crop, Lights, MAX_FILM_SIDE, Sampler, Settings, Train};
 use crate::strategy::Strategy;
 use clap::Args;
 use std::fmt::Display;
@@ -14,6 +14,9 @@ pub struct EstimatorArgs {
     strategy: Option<Strategy>,
     #[arg(long, value_name = "L", help = lights_help(), value_parser = |text: &str| named::<Lights>(text, &[]))]
     lights: Option<Lights>,
+    #[arg(long, value_name = "PATHS|auto|off", help = train_help(), value_parser = |text: &str| text.parse::<Train>(),
+          allow_negative_numbers = true)]
+    train: Option<Train>,
     #[arg(long, value_name = "S", help = sampler_help(), value_parser = |text: &str| named::<Sampler>(text, &[]))]
     sampler: Option<Sampler>,
     #[arg(long, value_name = "N", help = max_depth_help(), allow_negative_numbers = true)]
@@ -29,6 +32,7 @@ impl EstimatorArgs {
     pub fn apply(&self, settings: &mut Settings) {
         settings.strategy = self.strategy.unwrap_or(settings.strategy);
         settings.lights = self.lights.unwrap_or(settings.lights);
+        settings.train = self.train.unwrap_or(settings.train);
         settings.sampler = self.sampler.unwrap_or(settings.sampler);
         settings.max_depth = self.max_depth.or(settings.max_depth);
         settings.rr_depth = self.rr_depth.map_or(settings.rr_depth, |RrDepth(depth)| depth);
@@ -76,6 +80,12 @@ fn strategy_help() -> String {
 
 fn lights_help() -> String {
     format!("How a light sample chooses its light: {} {}", names(Lights::ALL), scene_else(Settings::default().lights))
+}
+
+/// Help of `--train`.
+pub fn train_help() -> String {
+    let default = Settings::default().train;
+    format!("Paths of the training render of --lights learned; `auto`: by the film's size [default: {default}]")
 }
 
 fn sampler_help() -> String {

@@ -9,10 +9,11 @@ use crate::cli::output::{JsonArgs, table};
 use crate::cli::{prepare, warn};
 use crate::error::Result;
 use crate::lanes::simd_level;
+use crate::learn::outcome::Learning;
 use crate::packet::explain::{self, LeftOut, PlannedStage};
 use crate::packet::plan::Plan;
+use crate::render::pilot::resolve;
 use crate::settings::Settings;
-use crate::setup::Setup;
 use crate::tables::PreparedScene;
 use crate::tables::features::Features;
 use crate::tables::lights::table::selection_name;
@@ -62,6 +63,8 @@ struct Info {
     light_selection: &'static str,
     /// What it comes to for these lights; `null`: the strategy draws no light samples, or there is no light.
     light_selection_used: Option<String>,
+    /// What learning them came to and cost; `null`: nothing was to be learned.
+    learning: Option<Learning>,
     sampler: &'static str,
     /// `null`: unbounded.
     max_depth: Option<u32>,
@@ -95,7 +98,7 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
 }
 
 fn gather(scene: &Scene, prepared: &PreparedScene, settings: &Settings, warnings: Vec<String>) -> Info {
-    let setup = Setup::new(prepared, settings);
+    let setup = resolve(prepared, settings);
     let plan = Plan::new(&setup);
     let keys = scene.desc.camera_path.keys();
     // The lights' tables depend on strategy and selection; making them may make tables of the scene's.
@@ -114,6 +117,7 @@ fn gather(scene: &Scene, prepared: &PreparedScene, settings: &Settings, warnings
         biased: settings.strategy.is_biased(),
         light_selection: settings.lights.name(),
         light_selection_used: setup.samples_lights().then(|| selection_name(&setup.lights)),
+        learning: setup.learning.clone(),
         sampler: settings.sampler.name(),
         max_depth: settings.max_depth,
         rr_depth: settings.rr_depth,
@@ -159,6 +163,10 @@ fn text(info: &Info) -> String {
         row("seed", info.seed.to_string()),
         row("samples a pixel", info.spp.to_string()),
     ]);
+    if let Some(learning) = &info.learning {
+        text += "\nlearned\n";
+        text += &table(&learned(learning).map(|(left, right)| row(left, right)));
+    }
     let total: usize = info.tables.iter().map(|table| table.bytes).sum();
     text += &format!("\ntables, {} in all\n", bytes(total));
     text += &table(&info.tables.iter().map(|table| row(table.name, bytes(table.bytes))).collect::<Vec<_>>());
@@ -177,6 +185,21 @@ fn camera_text(keys: usize, [first, last]: [f64; 2]) -> String {
             format!("moves through {keys} key{} from {first} to {last} s (--frames)", if keys == 1 { "" } else { "s" })
         }
     }
+}
+
+/// What was learned of the lights, in words.
+fn learned(learning: &Learning) -> [(&'static str, String); 2] {
+    let pilot = match learning.grid {
+        Some((columns, rows)) => format!(
+            "{} paths over {columns} x {rows} pixels in {} s; {} of tables",
+            count(learning.paths),
+            three_digits(learning.cpu_seconds),
+            bytes(learning.bytes)
+        ),
+        None => "none".into(),
+    };
+    let used = if learning.used { "used" } else { "not used" };
+    [("training render", pilot), ("choice of lights", format!("{used}: {}", learning.why))]
 }
 
 /// Bytes in the largest unit that keeps at least one digit before the point.

@@ -1,6 +1,7 @@
 //! The `--stats` file of a render.
 
 use crate::lanes::simd_level;
+use crate::learn::outcome::Learning;
 use crate::render::{RayCounts, Render, StageStats};
 use crate::settings::Settings;
 use crate::setup::frame::Frame;
@@ -16,6 +17,10 @@ pub struct Report<'a> {
     /// The strategy's expected image is wrong on purpose.
     biased: bool,
     lights: &'static str,
+    /// The length of the training render as asked for.
+    train: String,
+    /// What learning came to and cost; its seconds are in `render_s` and `cpu_s`. `null`: nothing was to be learned.
+    learning: &'a Option<Learning>,
     sampler: &'static str,
     engine: &'static str,
     simd: &'static str,
@@ -91,6 +96,8 @@ impl<'a> Report<'a> {
             strategy: settings.strategy.name(),
             biased: settings.strategy.is_biased(),
             lights: settings.lights.name(),
+            train: settings.train.to_string(),
+            learning: &stats.learning,
             sampler: settings.sampler.name(),
             engine: settings.engine.name(),
             simd: simd_level(),

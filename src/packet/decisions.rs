@@ -37,6 +37,7 @@ impl Decisions {
             pdf,
             cosine: pdf && glossy && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_))),
             normal: pdf && matches!(setup.lights.selection, Selection::Tree(_)),
+            row: pdf && setup.lights.learned.is_some(),
             misses: scene.environment.is_some() && emission_counts,
             emitters: !scene.emitters.is_empty() && emission_counts,
             surfaces: PerKind::new(|kind| events && kind.scatters() && scene.features.kinds[kind]),

@@ -3,6 +3,7 @@
 
 use crate::bvh::ray::{HitQueue, RayQueue};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::learn::records::{Lesson, LightRecords};
 use crate::tables::materials::PerKind;
 
 /// [`PathQueue::slot`], bit 31: emission found by this ray counts 1 (camera ray, or the last lobe was a delta).
@@ -72,6 +73,8 @@ pub struct PathQueue {
     pub cosine: Vec<f32>,
     /// Unit normal where the direction was drawn; kept only where MIS asks the light tree.
     pub normal: Columns3,
+    /// Row of what was learned of the lights where the direction was drawn; kept only where MIS asks for it.
+    pub row: Vec<u32>,
     /// The path's slot in [`Slots`], and its flags.
     pub slot: Vec<u32>,
     /// Rows in use.
@@ -113,6 +116,8 @@ pub struct ShadowQueue {
     pub contribution: Columns3,
     /// Slots, without flags.
     pub slot: Vec<u32>,
+    /// What they tell a training render, by row; empty in other renders.
+    pub lessons: Vec<Lesson>,
     /// One bit a ray, eight rays a byte: blocked.
     pub blocked: Vec<u8>,
     /// Closest hits, where cut-outs make it matter what blocks a segment.
@@ -190,6 +195,7 @@ impl PathQueue {
             pdf_dir: column(needs.pdf),
             cosine: column(needs.cosine),
             normal: Columns3::with_len(if needs.normal { capacity } else { 0 }),
+            row: words(if needs.row { capacity } else { 0 }),
             slot: words(capacity),
             len: 0,
         }
@@ -226,6 +232,7 @@ impl ShadowQueue {
             missed: false,
             contribution: Columns3::with_len(capacity),
             slot: words(capacity),
+            lessons: Vec::new(),
             blocked: Vec::new(),
             hits: HitQueue::with_len(hits),
             len: 0,
@@ -282,6 +289,8 @@ pub struct QueueNeeds {
     pub cosine: bool,
     /// Normals where directions were drawn.
     pub normal: bool,
+    /// Rows of what was learned of the lights.
+    pub row: bool,
     /// Rays that left the scene.
     pub misses: bool,
     /// Hits on emitters.
@@ -316,6 +325,8 @@ pub struct TileState {
     pub surfaces: PerKind<SurfaceQueue>,
     /// Shadow rays of this bounce.
     pub shadow: ShadowQueue,
+    /// What light samples were worth, if this is a training render.
+    pub records: Option<LightRecords>,
     /// The paths of the tile.
     pub slots: Slots,
     /// Working memory of the traversal.
@@ -340,6 +351,7 @@ impl TileState {
                 needs.targets,
                 size(needs.shadow && needs.alpha_masks),
             ),
+            records: None,
             slots: Slots::new(capacity),
             scratch: Default::default(),
         }

@@ -2,6 +2,7 @@
 
 use super::intersect::{Hit, Ray};
 use super::lights::choose::{Light, choose};
+use super::lights::factors::Place;
 use super::lights::sample::LightSample;
 use super::lights::tree::Receiver;
 use super::surface::SurfacePoint;
@@ -123,6 +124,8 @@ pub struct Choice<'a> {
     pub lights: &'a LightTable<'a>,
     /// The point that asks.
     pub point: &'a SurfacePoint,
+    /// Where it looks up what was learned.
+    pub place: Place,
     /// The selection word.
     pub word: u32,
 }
@@ -130,7 +133,7 @@ pub struct Choice<'a> {
 impl Choice<'_> {
     /// The triangle of the light, [`NO_HIT`] for the environment, and the probability with which it was chosen.
     fn made(&self) -> (u32, f64) {
-        let receiver = Receiver { origin: self.point.origin, normal: self.point.normal };
+        let receiver = Receiver { origin: self.point.origin, normal: self.point.normal, row: self.place.row };
         let (light, probability, _) = choose(self.lights, &receiver, self.word);
         let triangle = match light {
             Light::Environment => NO_HIT,

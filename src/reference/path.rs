@@ -4,6 +4,7 @@ use super::alpha_masks::is_hit;
 use super::bsdf::sample::BsdfSample;
 use super::camera::camera_ray;
 use super::intersect::{Hit, Ray, intersect_where, occluded_where, stack};
+use super::lights::factors::place;
 use super::lights::sample::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::lights::tree::Receiver;
 use super::observer::{Bounce, Choice, CompensatedSum, Event, Found, Observer, Path};
@@ -38,8 +39,9 @@ pub struct PathResult {
 enum Previous {
     /// Camera ray or delta lobe: light sampling could not have found it. Counts 1.
     Certain,
-    /// A direction drawn with this density per steradian and this cosine at the surface with this normal.
-    Drawn { pdf_dir: Real, cosine: Real, normal: Vec3 },
+    /// A direction drawn with this density per steradian and this cosine at the surface with this normal, where this row is
+    /// what was learned of the lights.
+    Drawn { pdf_dir: Real, cosine: Real, normal: Vec3, row: u32 },
     /// The one-sample strategy's coin chose the light: counts 0.
     LightChosen,
 }
@@ -70,6 +72,14 @@ impl Previous {
             _ => Vec3::ZERO,
         }
     }
+
+    /// The row of what was learned of the lights there.
+    fn row(self) -> u32 {
+        match self {
+            Previous::Drawn { row, .. } => row,
+            _ => 0,
+        }
+    }
 }
 
 /// Follows sample `sample` of pixel (`x`, `y`); `observer` is told every step.
@@ -89,7 +99,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         // intersect_closest
         observer.note(&path, Event::Ray(&ray));
         result.bounce_rays += (path.depth > 0) as u32;
-        let receiver = Receiver { origin: ray.origin, normal: previous.normal() };
+        let receiver = Receiver { origin: ray.origin, normal: previous.normal(), row: previous.row() };
         let Some(hit) = intersect_where(&scene.bvh, &ray, &mut stack, |hit| is_hit(&scene.alpha_masks, hit)) else {
             // shade_miss
             observer.note(&path, Event::Miss(&ray));
@@ -133,6 +143,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         let textured = textured(scene, material, point.uv);
         let material = textured.as_ref().unwrap_or(material);
         let incoming = bsdf::orient(kind, &mut point, ray.direction);
+        let mirrors = (!kind.row().pdf_is_cosine).then_some(ray.direction);
+        let place = place(&setup.lights, point.origin, point.normal, mirrors);
         let event = path.depth;
         result.guarded = event + 1 == DEPTH_GUARD;
 
@@ -146,9 +158,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             }
             let wanted = !strategy.coin || light_chosen;
             let above = |light: &LightSample| light.direction.dot(point.geometric_normal) > 0.0;
-            let light = wanted.then(|| sample_light(&setup.lights, &point, &draws)).flatten();
+            let light = wanted.then(|| sample_light(&setup.lights, &point, place.row, &draws)).flatten();
             let light = light.filter(above);
-            let choice = Choice { lights: &setup.lights, point: &point, word: draws.select };
+            let choice = Choice { lights: &setup.lights, point: &point, place, word: draws.select };
             if wanted && light.is_none() {
                 observer.note(&path, Event::LightIdle(choice, "light and surface do not face each other"));
             }
@@ -195,7 +207,10 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         previous = match () {
             _ if bounce.delta => Previous::Certain,
             _ if light_chosen => Previous::LightChosen,
-            _ => Previous::Drawn { pdf_dir: bounce.pdf_dir, cosine: bounce.cosine, normal: point.normal },
+            _ => {
+                let (cosine, normal) = (bounce.cosine, point.normal);
+                Previous::Drawn { pdf_dir: bounce.pdf_dir, cosine, normal, row: place.row }
+            }
         };
         let BsdfSample { weight, pdf_dir, delta, .. } = bounce;
         let drawn = Bounce { direction, weight, pdf_dir, delta };

@@ -35,6 +35,8 @@ pub mod observer;
 pub mod path;
 #[path = "precise.rs"]
 pub mod precise;
+#[path = "recorder.rs"]
+pub mod recorder;
 #[path = "surface.rs"]
 pub mod surface;
 #[path = "texture.rs"]

@@ -5,6 +5,7 @@
 
 mod chance;
 mod passes;
+pub mod pilot;
 mod tiles;
 mod workers;
 
@@ -61,9 +62,13 @@ pub fn render_from(
     progress: &(dyn Fn(Progress) -> bool + Sync),
 ) -> Render {
     let preparing = Stopwatch::start();
-    let setup = Setup::new(scene, settings);
-    let plan = Plan::new(&setup);
+    let mut setup = Setup::new(scene, settings);
     let setup_s = preparing.wall_seconds();
+    // Training is rendering: its seconds count.
+    let watch = Stopwatch::start();
+    pilot::train(&mut setup, settings);
+    let trained_s = watch.wall_seconds();
+    let plan = Plan::new(&setup);
     let spp = settings.spp.max(1);
     let mut tiles = cut_into_tiles(&setup, spp.min(PASS_SPP));
     let mut done = 0;
@@ -75,7 +80,6 @@ pub fn render_from(
         done = film.spp;
     }
     let threads = thread_count(settings.threads).min(tiles.len());
-    let watch = Stopwatch::start();
     let pixels = setup.frame.crop.width as u64 * setup.frame.crop.height as u64;
     let job = Job {
         setup: &setup,
@@ -112,7 +116,7 @@ pub fn render_from(
         if done > first && job.stop.load(Ordering::Relaxed) {
             break false;
         }
-        let pass = pass_length(settings, done, (done - first, seconds), pixels, error);
+        let pass = pass_length(settings, done, (done - first, seconds - trained_s), pixels, error);
         job.run_pass(&mut workers, done..done + pass);
         done += pass;
         error = job.note_error();
@@ -152,6 +156,7 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     let mut counters = Counters::default();
     workers.iter().for_each(|worker| counters.add(&worker.counters));
     stats.warnings.clone_from(&job.setup.warnings);
+    stats.learning.clone_from(&job.setup.learning);
     stats.paths = counters.paths;
     stats.rays = counters.rays;
     stats.guarded = counters.guarded;

@@ -20,19 +20,24 @@ pub(super) struct Tile {
     pub(super) error: ErrorSums,
 }
 
-/// Tiles small enough that a pass over one fills, and does not overflow, the packet engine's queues.
-pub(super) fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
-    let crop = setup.frame.crop;
-    let (width, height) = match pass_spp {
+/// Columns and rows of tiles small enough that a pass over one fills, and does not overflow, the packet engine's queues.
+pub(super) fn tile_size(pass_spp: u32) -> (u32, u32) {
+    match pass_spp {
         8.. => (16, 16),
         4.. => (32, 16),
         2.. => (32, 32),
         _ => (64, 32),
-    };
+    }
+}
+
+/// The tiles of a film for passes of so many samples.
+pub(super) fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
+    let crop = setup.frame.crop;
+    let (width, height) = tile_size(pass_spp);
     let mut tiles = Vec::new();
-    for y in (0..crop.height).step_by(height) {
-        for x in (0..crop.width).step_by(width) {
-            let (w, h) = ((crop.width - x).min(width as u32), (crop.height - y).min(height as u32));
+    for y in (0..crop.height).step_by(height as usize) {
+        for x in (0..crop.width).step_by(width as usize) {
+            let (w, h) = ((crop.width - x).min(width), (crop.height - y).min(height));
             let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
             let Film { pixels, groups, .. } = Film::of_sampler(area, setup.sampler);
             let (unit, error) = (setup.scene.radiance_unit, ErrorSums::default());

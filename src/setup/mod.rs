@@ -7,6 +7,7 @@ use frame::Frame;
 
 use crate::camera;
 use crate::camera::Camera;
+use crate::learn::outcome::Learning;
 use crate::settings::{DEPTH_GUARD, Sampler, Settings};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
@@ -32,12 +33,15 @@ pub struct Setup<'a> {
     pub seed: u32,
     /// The film and the part of it that is rendered.
     pub frame: Frame,
+    /// What learning came to; `None`: nothing was to be learned, or has been yet.
+    pub learning: Option<Learning>,
     /// What the user should know of these settings, one sentence each.
     pub warnings: Vec<String>,
 }
 
 impl<'a> Setup<'a> {
-    /// Resolves `settings` for `scene`. A crop is cut to the film.
+    /// Resolves `settings` for `scene`. A crop is cut to the film. Nothing has been learned yet: see
+    /// [`crate::render::pilot::resolve`].
     pub fn new(scene: &'a PreparedScene, settings: &Settings) -> Setup<'a> {
         let frame = Frame::nearest(settings, scene.film);
         let (width, height) = frame.film;
@@ -52,6 +56,7 @@ impl<'a> Setup<'a> {
             sampler: settings.sampler,
             seed: settings.seed,
             frame,
+            learning: None,
             warnings: camera::warnings(&scene.camera, height),
         }
     }

@@ -174,6 +174,43 @@ impl Maker {
     }
 }
 
+/// Three rooms in a row with narrow doors between, four lamps under each ceiling: weak ones in the middle, where the camera is,
+/// and 30 times stronger ones at both sides. A glossy block and a metal one stand in the middle. `sky`: light falls in by a roof
+/// window, too.
+pub fn rooms(sky: bool) -> PreparedScene {
+    use octray::scene::desc::{EnvironmentDesc, Scattering};
+    let mut maker = Maker::default();
+    let wall = maker.diffuse([0.6, 0.5, 0.4], [0.0; 3]);
+    let plastic = maker.material(Scattering::Plastic { albedo: [0.2, 0.3, 0.6], ior: 1.5, alpha: 0.1 }, [0.0; 3]);
+    let metal = Scattering::Conductor { alpha: 0.2, reflectance: [0.9, 0.8, 0.6], complex_ior: None };
+    let metal = maker.material(metal, [0.0; 3]);
+    maker.quad([[0.0, 0.0, 4.0], [12.0, 0.0, 4.0], [12.0, 0.0, 0.0], [0.0, 0.0, 0.0]], wall);
+    maker.quad([[0.0, 0.0, 0.0], [12.0, 0.0, 0.0], [12.0, 3.0, 0.0], [0.0, 3.0, 0.0]], wall);
+    maker.quad([[12.0, 0.0, 4.0], [0.0, 0.0, 4.0], [0.0, 3.0, 4.0], [12.0, 3.0, 4.0]], wall);
+    maker.quad([[12.0, 0.0, 0.0], [12.0, 0.0, 4.0], [12.0, 3.0, 4.0], [12.0, 3.0, 0.0]], wall);
+    maker.quad([[0.0, 0.0, 4.0], [0.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 3.0, 4.0]], wall);
+    // The ceiling, of which the window takes a part of the middle room.
+    let window = if sky { 4.8 } else { 4.2 };
+    maker.quad([[0.0, 3.0, 0.0], [4.2, 3.0, 0.0], [4.2, 3.0, 4.0], [0.0, 3.0, 4.0]], wall);
+    maker.quad([[window, 3.0, 0.0], [12.0, 3.0, 0.0], [12.0, 3.0, 4.0], [window, 3.0, 4.0]], wall);
+    for x in [4.0, 8.0] {
+        maker.cuboid([x, 0.0, 0.0], [x + 0.1, 3.0, 3.7], false, wall);
+    }
+    maker.cuboid([5.5, 0.0, 0.5], [6.5, 0.8, 1.5], false, plastic);
+    maker.cuboid([6.8, 0.0, 1.0], [7.6, 1.2, 1.8], false, metal);
+    for (room, radiance) in [30.0, 1.0, 30.0].into_iter().enumerate() {
+        let lamp = maker.diffuse([0.0; 3], [radiance, radiance, 0.8 * radiance]);
+        for (i, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let (x, z) = (4.0 * room as f32 + 1.2 + 1.6 * i as f32, 1.0 + 1.8 * k as f32);
+            maker.quad([[x, 2.9, z], [x + 0.3, 2.9, z], [x + 0.3, 2.9, z + 0.3], [x, 2.9, z + 0.3]], lamp);
+        }
+    }
+    if sky {
+        maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [0.5, 0.6, 0.8] }));
+    }
+    maker.seen([4.4, 1.6, 3.6], [6.6, 0.8, 1.2], 75.0)
+}
+
 /// Pearson's chi-square of counts against what was expected, as a standard normal number (Wilson and Hilferty 1931). Cells of
 /// fewer than 8 expected counts are pooled. Cells need not hold all draws: nothing is said of the rest.
 pub fn chi_square_z(counts: &[f64], expected: &[f64]) -> f64 {

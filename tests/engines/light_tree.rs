@@ -76,7 +76,11 @@ fn receiver(scene: &PreparedScene, number: u32) -> Receiver {
     let root = u.sqrt();
     let on_light = a + (b - a) * (1.0 - root) + (c - a) * (root * v);
     let away = [0.0, 1e-6, 1e-2, 1.0, 10.0][(number % 5) as usize] * height;
-    Receiver { origin: on_light + direction(numbers(address + 1)) * away, normal: direction(numbers(address + 2)) }
+    Receiver {
+        origin: on_light + direction(numbers(address + 1)) * away,
+        normal: direction(numbers(address + 2)),
+        row: 0,
+    }
 }
 
 /// The tree of `scene`.
@@ -91,7 +95,7 @@ fn eight(receivers: &[Receiver; LANES]) -> lanes::Receivers {
     let vector = |get: &dyn Fn(&Receiver) -> Vec3| {
         Vec3x8::new(column(&|r| get(r).x), column(&|r| get(r).y), column(&|r| get(r).z))
     };
-    lanes::Receivers { origin: vector(&|r| r.origin), normal: vector(&|r| r.normal) }
+    lanes::Receivers { origin: vector(&|r| r.origin), normal: vector(&|r| r.normal), row: U32x8::ZERO }
 }
 
 /// Sampling and looking up name the same probability, bit for bit, alone and in lanes.
@@ -105,16 +109,16 @@ fn what_is_sampled_is_what_mis_looks_up() {
                 // Alone, in company, and in the company of idle lanes.
                 let active = Mask8::from_bits([0xff, 0x5a, 0x01][(block % 3) as usize]);
                 let (light, probability) =
-                    lanes::choose_lights(tree, &eight(&receivers), active, U32x8::from_array(words));
-                let found = lanes::light_probabilities(tree, &eight(&receivers), active, light).to_array();
+                    lanes::choose_lights(tree, None, &eight(&receivers), active, U32x8::from_array(words));
+                let found = lanes::light_probabilities(tree, None, &eight(&receivers), active, light).to_array();
                 let (light, probability) = (light.to_array(), probability.to_array());
                 let eighths = lanes::environment_eighths(tree, &eight(&receivers)).to_array();
                 for i in (0..LANES).filter(|&i| active.bits() >> i & 1 == 1) {
                     assert_eq!(eighths[i], environment_eighths(tree, &receivers[i]), "{name}");
-                    let (chosen, p) = choose_light(tree, &receivers[i], words[i]);
+                    let (chosen, p) = choose_light(tree, None, &receivers[i], words[i]);
                     assert_eq!((light[i], probability[i].to_bits()), (chosen, p.to_bits()), "{name}");
                     assert_eq!(found[i].to_bits(), p.to_bits(), "{name}: looked up in lanes");
-                    let looked_up = light_probability(tree, &receivers[i], chosen);
+                    let looked_up = light_probability(tree, None, &receivers[i], chosen);
                     assert_eq!(looked_up.to_bits(), p.to_bits(), "{name}: looked up alone");
                     assert!(p > 0.0 && p <= 1.0, "{name}: {p}");
                 }
@@ -131,7 +135,7 @@ fn probabilities_sum_to_one() {
             for number in 0..40 {
                 let receiver = receiver(&scene, number);
                 let lights = 0..table.records.len() as u32;
-                let sum: f64 = lights.map(|light| f64::from(light_probability(tree, &receiver, light))).sum();
+                let sum: f64 = lights.map(|light| f64::from(light_probability(tree, None, &receiver, light))).sum();
                 assert!((sum - 1.0).abs() < 1e-5, "{name}: {sum}");
             }
         });
@@ -159,7 +163,7 @@ fn no_light_that_contributes_is_left_out() {
                         let tiny = 1e-5 * to_light.length() + 1e-6 * origin.abs().max_element();
                         normal.dot(to_light) > tiny && facing > tiny
                     });
-                    let probability = light_probability(tree, &receiver, index as u32);
+                    let probability = light_probability(tree, None, &receiver, index as u32);
                     shining += shines as u32;
                     dark += (probability == 0.0) as u32;
                     assert!(!shines || probability > 0.0, "{name}: light {index} for place {number}");
@@ -182,10 +186,10 @@ fn frequencies_are_the_probabilities() {
                 let mut counts = vec![0.0; table.records.len()];
                 for draw in 0..DRAWS {
                     let word = random_words(draw, number, 1, 99)[0];
-                    counts[choose_light(tree, &receiver, word).0 as usize] += 1.0;
+                    counts[choose_light(tree, None, &receiver, word).0 as usize] += 1.0;
                 }
                 let lights = 0..table.records.len() as u32;
-                let probability = |light| f64::from(light_probability(tree, &receiver, light));
+                let probability = |light| f64::from(light_probability(tree, None, &receiver, light));
                 let expected: Vec<f64> = lights.map(|light| f64::from(DRAWS) * probability(light)).collect();
                 let certain = expected.iter().filter(|&&expected| expected >= 8.0).count() < 2;
                 if certain {
@@ -230,16 +234,16 @@ fn the_least_likely_lights_are_drawn_as_often_as_is_stated() {
         for number in 0..10u32 {
             let [x, y, z, _] = numbers(70_000 + number);
             let origin = Vec3::new(4.0 * x - 2.0, -2.0 - 3.0 * y, 4.0 * z - 2.0);
-            let receiver = Receiver { origin, normal: Vec3::Y };
+            let receiver = Receiver { origin, normal: Vec3::Y, row: 0 };
             let mut before = 0.0;
             for &light in &order {
-                let p = f64::from(light_probability(tree, &receiver, light));
+                let p = f64::from(light_probability(tree, None, &receiver, light));
                 let words = p * 2f64.powi(32);
                 if words > 2.0 && p < 2f64.powi(-21) {
                     let start = before * 2f64.powi(32);
                     let (first, last) = (start - words - 1024.0, start + 2.0 * words + 1024.0);
                     let all = (first.max(0.0) as u64)..=(last.min(4_294_967_295.0) as u64);
-                    let count = all.filter(|&word| choose_light(tree, &receiver, word as u32).0 == light).count();
+                    let count = all.filter(|&word| choose_light(tree, None, &receiver, word as u32).0 == light).count();
                     let size = (p < 2f64.powi(-25)) as usize;
                     drawn[size] += count as f64;
                     stated[size] += words;
@@ -254,7 +258,7 @@ fn the_least_likely_lights_are_drawn_as_often_as_is_stated() {
                         let (first, last) = (start - words - 99999.0, start + 2.0 * words + 99999.0);
                         let all = (first.max(0.0) as u64)..=(last.min(4_294_967_295.0) as u64);
                         let w: Vec<u64> =
-                            all.filter(|&word| choose_light(tree, &receiver, word as u32).0 == light).collect();
+                            all.filter(|&word| choose_light(tree, None, &receiver, word as u32).0 == light).collect();
                         println!(
                             "{number} light {light} path {:o} words {words} start {start} found {} {:?} {:?}",
                             tree.paths[light as usize],
@@ -301,9 +305,9 @@ fn a_tree_can_be_built_over_anything() {
         with_tree(&scene, |tree, table| {
             assert_eq!(table.records.len(), 2 * count as usize, "{name}");
             assert!(tree.nodes.len() < count as usize, "{name}: {} nodes", tree.nodes.len());
-            let receiver = Receiver { origin: Vec3::new(0.3, 2.0, 0.1), normal: -Vec3::Y };
+            let receiver = Receiver { origin: Vec3::new(0.3, 2.0, 0.1), normal: -Vec3::Y, row: 0 };
             let lights = 0..table.records.len() as u32;
-            let sum: f64 = lights.map(|light| f64::from(light_probability(tree, &receiver, light))).sum();
+            let sum: f64 = lights.map(|light| f64::from(light_probability(tree, None, &receiver, light))).sum();
             assert!((sum - 1.0).abs() < 1e-4, "{name}: {sum}");
         });
     }

@@ -9,6 +9,7 @@ mod camera_extremes;
 mod cutouts;
 mod environment;
 mod golden;
+mod learned;
 mod light_tree;
 mod paths;
 mod polar_rows;

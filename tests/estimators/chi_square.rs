@@ -235,6 +235,7 @@ fn lights_are_drawn_with_their_densities() {
             let drawn = light_x8::sample_lights(
                 &table,
                 &points,
+                U32x8::ZERO,
                 Mask8::ALL,
                 &[0, 1, 2, 3].map(|c| U32x8::from_array(words.map(|w| w[c]))).into(),
             );
@@ -242,7 +243,9 @@ fn lights_are_drawn_with_their_densities() {
             std::array::from_fn(|i| (valid >> i & 1 == 1).then_some((red[i], pdf[i])))
         };
         let scalar = |words: &[[u32; 4]; LANES]| {
-            words.map(|w| light::sample_light(&table, &point, &w.into()).map(|drawn| (drawn.radiance.x, drawn.pdf_dir)))
+            words.map(|w| {
+                light::sample_light(&table, &point, 0, &w.into()).map(|drawn| (drawn.radiance.x, drawn.pdf_dir))
+            })
         };
         for (name, draw) in [("lanes", &lanes as &dyn Fn(&_) -> _), ("scalar", &scalar)] {
             let mut sums = [(0.0, 0.0, 0.0); LAMPS];
@@ -253,10 +256,10 @@ fn lights_are_drawn_with_their_densities() {
                 }
             }
             let n = f64::from(SAMPLES);
-            let receiver = Receiver { origin: point.origin, normal: point.normal };
+            let receiver = Receiver { origin: point.origin, normal: point.normal, row: 0 };
             let share = |lamp: usize| -> f64 {
                 let of = |light: usize| match table.selection {
-                    Selection::Tree(tree) => f64::from(light_probability(tree, &receiver, light as u32)),
+                    Selection::Tree(tree) => f64::from(light_probability(tree, None, &receiver, light as u32)),
                     _ => f64::from(table.probability(light as u32)),
                 };
                 of(2 * lamp) + of(2 * lamp + 1)

@@ -7,6 +7,7 @@ mod program;
 
 mod chi_square;
 mod heavy_tails;
+mod learned;
 mod materials;
 mod plastic;
 mod stiff_truth;

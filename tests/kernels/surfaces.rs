@@ -166,9 +166,9 @@ fn check_lights(path: &str, selection: Lights, compensated: bool) {
         let tables = (&scene.triangles[..], &scene.corners[..]);
         let points = surface_points::<false>(tables, triangle, number(&|p| p.1[0]), number(&|p| p.1[1]), seen);
         let words: [U32x8; 4] = std::array::from_fn(|w| U32x8::from_array(places.map(|p| p.3[w])));
-        let receivers = Receivers { origin: points.origin, normal: points.normal };
+        let receivers = Receivers { origin: points.origin, normal: points.normal, row: U32x8::ZERO };
         let choice = lights_x8::choose::choose(&table, &receivers, Mask8::ALL, words[0]);
-        let light = lights_x8::sample::sample_lights(&table, &points, Mask8::ALL, &words.into());
+        let light = lights_x8::sample::sample_lights(&table, &points, U32x8::ZERO, Mask8::ALL, &words.into());
         let ([a, b, c], [d, e, f]) = (columns(light.direction), columns(light.shadow_direction));
         let sample = [a, b, c, d, e, f, light.cosine, light.radiance.x, light.pdf_dir, light.shadow_tmax];
         let sample = sample.map(|x| light.valid.select(x, F32x8::ZERO));
@@ -182,14 +182,14 @@ fn check_lights(path: &str, selection: Lights, compensated: bool) {
     let scalar = |[i]: [f32; 1]| -> [f32; 12] {
         let (triangle, [u, v], seen, words) = place(&scene, i as u32);
         let point = surface_point(&scene.triangles[triangle as usize], None, u, v, Vec3::from(seen));
-        let receiver = Receiver { origin: point.origin, normal: point.normal };
+        let receiver = Receiver { origin: point.origin, normal: point.normal, row: 0 };
         let (light, probability, _) = lights::choose::choose(&table, &receiver, words[0]);
         assert_eq!(lights::choose::probability(&table, &receiver, light).to_bits(), probability.to_bits());
         let emitter = match light {
             lights::choose::Light::Environment => -1.0,
             lights::choose::Light::Emitter(emitter) => emitter as f32,
         };
-        let sample = lights::sample::sample_light(&table, &point, &words.into()).map_or([0.0; 10], |s| {
+        let sample = lights::sample::sample_light(&table, &point, 0, &words.into()).map_or([0.0; 10], |s| {
             let (d, t) = (s.direction, s.shadow_direction);
             [d.x, d.y, d.z, t.x, t.y, t.z, s.cosine, s.radiance.x, s.pdf_dir, s.shadow_tmax]
         });

@@ -66,7 +66,7 @@ const LAYERS: [&[&str]; 11] = [
     &["report/measure"],
     &["render", "api"],
     &["packet", "reference"],
-    &["import", "setup", "trace", "stats", "film", "image", "camera"],
+    &["import", "setup", "learn", "trace", "stats", "film", "image", "camera"],
     &["tables"],
     &["scene", "bvh"],
     &[

@@ -10,3 +10,4 @@ mod diff;
 mod frames;
 mod help;
 mod images;
+mod learned;

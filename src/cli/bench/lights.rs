@@ -93,7 +93,7 @@ pub fn cases(scene: &PreparedScene) -> Vec<Case<'_>> {
         cases.push(Box::new(move || {
             timed(&name, "packet", true, || {
                 let sample = |(points, words): &(SurfacePoints, [U32x8; 4])| {
-                    sample_lights(&lights, points, Mask8::ALL, &(*words).into()).valid.count()
+                    sample_lights(&lights, points, U32x8::ZERO, Mask8::ALL, &(*words).into()).valid.count()
                 };
                 askers.lanes.iter().map(sample).sum()
             })
@@ -102,7 +102,7 @@ pub fn cases(scene: &PreparedScene) -> Vec<Case<'_>> {
         cases.push(Box::new(move || {
             timed(&name, "scalar", false, || {
                 let sample = |(point, words): &(SurfacePoint, [u32; 4])| {
-                    u32::from(sample_light(&lights, point, &(*words).into()).is_some())
+                    u32::from(sample_light(&lights, point, 0, &(*words).into()).is_some())
                 };
                 askers.scalar.iter().map(sample).sum()
             })

@@ -13,7 +13,7 @@ use crate::report::measure::metrics;
 use crate::report::measure::run_error::Region;
 use crate::report::measure::truth::{Reference, Source};
 use crate::scene::SceneDesc;
-use crate::settings::{Crop, Settings};
+use crate::settings::{Crop, Lights, Settings};
 use crate::setup::frame::Frame;
 use std::path::{Path, PathBuf};
 
@@ -196,9 +196,10 @@ fn case(scene: &Scene, name: &str, light: String, args: &ConvergeArgs) -> Result
     })
 }
 
-/// How a reference is rendered: by the strategy that loses least anywhere, in the fast engine.
+/// How a reference is rendered: by the strategy that loses least anywhere, in the fast engine, with nothing learned.
 pub fn reference_configuration(experiment: &Experiment) -> Configuration {
     let Settings { lights, sampler, .. } = experiment.settings;
+    let lights = if lights == Lights::Learned { Lights::Tree } else { lights };
     let Settings { strategy, engine, .. } = Settings::default();
     Configuration { strategy, lights, sampler, engine }
 }

@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::packet;
 use crate::packet::plan::Plan;
 use crate::reference::{path_steps, single};
+use crate::render::pilot::resolve;
 use crate::scene::SceneDesc;
 use crate::settings::Settings;
 use crate::setup::Setup;
@@ -111,7 +112,7 @@ pub fn run(args: &TraceArgs) -> Result<u8> {
         )));
     }
     let prepared = prepare(&scene)?;
-    let setup = Setup::new(&prepared, &settings);
+    let setup = resolve(&prepared, &settings);
     setup.warnings.iter().for_each(|warning| warn(warning));
     let traced = follow(&scene.desc, &settings, &setup, (x, y), args.sample);
     args.json.deliver(&json::Told::new(&traced), || {

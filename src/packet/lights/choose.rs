@@ -39,7 +39,8 @@ pub fn choose(lights: &LightTable, receivers: &Receivers, active: Mask8, word: U
     }
     let (emitter, probability) = match &lights.selection {
         Selection::Tree(tree) => {
-            let (emitter, probability) = choose_lights(tree, receivers, active.and_not(environment), word);
+            let (emitter, probability) =
+                choose_lights(tree, lights.learned.as_ref(), receivers, active.and_not(environment), word);
             (emitter, probability * emitter_part(lights, eighths))
         }
         Selection::Fixed(fixed) => {
@@ -67,7 +68,7 @@ pub fn probability(lights: &LightTable, receivers: &Receivers, active: Mask8, li
         (Light8::Emitters(emitter), Selection::Fixed(_)) => fixed_probabilities(lights, emitter),
         (Light8::Emitters(emitter), Selection::Tree(tree)) => {
             let part = emitter_part(lights, eighths(lights, receivers));
-            light_probabilities(tree, receivers, active, emitter) * part
+            light_probabilities(tree, lights.learned.as_ref(), receivers, active, emitter) * part
         }
     }
 }

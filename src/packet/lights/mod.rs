@@ -2,6 +2,8 @@
 
 pub mod choose;
 pub mod environment;
+pub mod factors;
+pub mod learn;
 pub mod sample;
 pub mod tree;
 pub mod triangle;

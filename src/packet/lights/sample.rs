@@ -35,15 +35,16 @@ pub struct LightSamples {
     pub target: U32x8,
 }
 
-/// Draws a light sample for every lane; only lanes of `active` are asked for.
+/// Draws a light sample for every lane; only lanes of `active` are asked for. `row`: as [`Receivers::row`].
 #[inline(always)]
 pub fn sample_lights(
     lights: &LightTable,
     points: &SurfacePoints,
+    row: U32x8,
     active: Mask8,
     draws: &LightDraws<U32x8, F32x8>,
 ) -> LightSamples {
-    let receivers = Receivers { origin: points.origin, normal: points.normal };
+    let receivers = Receivers { origin: points.origin, normal: points.normal, row };
     let choice = choose(lights, &receivers, active, draws.select);
     let Some(environment) = lights.environment else { return sample_emitters(lights, points, &choice, draws.point) };
     let fork = draws.fork();

@@ -5,7 +5,9 @@
 //! about; either way column by column, lanes being points, so that sums have the scalar twin's order.
 
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::packet::lights::factors::factors;
 use crate::sampler::unit_x8;
+use crate::tables::lights::learned::{LEVELS, LearnedLights};
 use crate::tables::lights::tree::{LEAF, LEAST_COSINE, LEAST_SHARE, LightNode, LightTree, PAIR, WIDTH};
 
 /// Eight places where a light is wanted, with the normals of the surfaces there.
@@ -15,16 +17,24 @@ pub struct Receivers {
     pub origin: Vec3x8,
     /// Unit normals.
     pub normal: Vec3x8,
+    /// Rows of what was learned ([`LearnedLights::rows`]); read only where something was.
+    pub row: U32x8,
 }
 
 /// The lights that eight selection words choose, and the probabilities with which they do. Lanes not `active` hold
 /// anything.
 #[inline(never)]
-pub fn choose_lights(tree: &LightTree, receivers: &Receivers, active: Mask8, word: U32x8) -> (U32x8, F32x8) {
+pub fn choose_lights(
+    tree: &LightTree,
+    learned: Option<&LearnedLights>,
+    receivers: &Receivers,
+    active: Mask8,
+    word: U32x8,
+) -> (U32x8, F32x8) {
     let mut u = unit_x8(word);
     let mut rest = (word & U32x8::splat(0xff)).to_f32() * F32x8::splat(1.0 / 4_294_967_296.0);
     let mut bits = word;
-    let mut walk = Walk::new(active);
+    let mut walk = Walk::new(active, learned);
     let mut light = U32x8::ZERO;
     while walk.active.any() {
         let shares = walk.shares(tree, receivers);
@@ -57,9 +67,15 @@ pub fn choose_lights(tree: &LightTree, receivers: &Receivers, active: Mask8, wor
 
 /// The probabilities with which [`choose_lights`] chooses the lights `light` for eight receivers.
 #[inline(never)]
-pub fn light_probabilities(tree: &LightTree, receivers: &Receivers, active: Mask8, light: U32x8) -> F32x8 {
+pub fn light_probabilities(
+    tree: &LightTree,
+    learned: Option<&LearnedLights>,
+    receivers: &Receivers,
+    active: Mask8,
+    light: U32x8,
+) -> F32x8 {
     let mut path = light.to_array().map(|light| tree.paths[light as usize]);
-    let mut walk = Walk::new(active);
+    let mut walk = Walk::new(active, learned);
     while walk.active.any() {
         let shares = walk.shares(tree, receivers);
         let total = sum(&shares);
@@ -88,36 +104,35 @@ pub fn environment_eighths(tree: &LightTree, receivers: &Receivers) -> U32x8 {
 const ONE_BELOW: f32 = 1.0 - 1.0 / 16_777_216.0;
 
 /// Eight ways down the tree.
-struct Walk {
+struct Walk<'a> {
     /// Lanes still on their way.
     active: Mask8,
     node: U32x8,
     probability: F32x8,
+    /// What was learned, as long as lanes stand at nodes that may have words.
+    learned: Option<&'a LearnedLights>,
+    level: usize,
 }
 
-impl Walk {
-    fn new(active: Mask8) -> Walk {
-        Walk { active, node: U32x8::ZERO, probability: active.select(F32x8::ONE, F32x8::ZERO) }
+impl<'a> Walk<'a> {
+    fn new(active: Mask8, learned: Option<&'a LearnedLights>) -> Walk<'a> {
+        Walk { active, node: U32x8::ZERO, probability: active.select(F32x8::ONE, F32x8::ZERO), learned, level: 0 }
     }
 
-    /// What the columns of the lanes' nodes are chosen in proportion to: their importances, none of which is far below the
-    /// sum unless it is 0; the first column if all are.
+    /// What the columns of the lanes' nodes are chosen in proportion to.
     #[inline(always)]
     fn shares(&self, tree: &LightTree, receivers: &Receivers) -> [F32x8; WIDTH] {
         let node = self.node.to_array();
-        let importances = if node.iter().all(|&other| other == node[0]) {
+        let mut importances = if node.iter().all(|&other| other == node[0]) {
             for_eight_points(&tree.nodes[node[0] as usize], receivers)
         } else {
             self.for_eight_clusters(tree, receivers)
         };
-        let total = sum(&importances);
-        let least = total * F32x8::splat(LEAST_SHARE);
-        let mut shares = importances.map(|importance| {
-            let raised = importance.gt(least).select(importance, least);
-            importance.gt(F32x8::ZERO).select(raised, F32x8::ZERO)
-        });
-        shares[0] = total.gt(F32x8::ZERO).select(shares[0], F32x8::ONE);
-        shares
+        if let Some(learned) = self.learned {
+            let factors = factors(learned, &receivers.row.to_array(), &node);
+            importances.iter_mut().zip(factors).for_each(|(importance, factor)| *importance = *importance * factor);
+        }
+        shares(&importances)
     }
 
     #[inline(always)]
@@ -131,9 +146,7 @@ impl Walk {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let splat = |v: &[[f32; LANES]; 3]| Vec3x8::splat([v[0][lane], v[1][lane], v[2][lane]]);
-            let node = &tree.nodes[node[lane] as usize];
-            let clusters = Clusters::of(node, |column| F32x8::from_array(*column));
-            rows[lane] = clusters.importance(splat(&origin), splat(&normal));
+            rows[lane] = cluster_importances(&tree.nodes[node[lane] as usize], splat(&origin), splat(&normal));
         }
         F32x8::transpose(rows)
     }
@@ -154,8 +167,26 @@ impl Walk {
         self.probability = self.probability * half;
         self.active = self.active.and_not(leaf);
         self.node = self.active.select_u32(child, U32x8::ZERO);
+        self.level += 1;
+        if self.level == LEVELS {
+            self.learned = None;
+        }
         leaf
     }
+}
+
+/// What columns of these importances are chosen in proportion to: none is far below the sum unless it is 0; the first if all
+/// are.
+#[inline(always)]
+pub fn shares(importances: &[F32x8; WIDTH]) -> [F32x8; WIDTH] {
+    let total = sum(importances);
+    let least = total * F32x8::splat(LEAST_SHARE);
+    let mut shares = importances.map(|importance| {
+        let raised = importance.gt(least).select(importance, least);
+        importance.gt(F32x8::ZERO).select(raised, F32x8::ZERO)
+    });
+    shares[0] = total.gt(F32x8::ZERO).select(shares[0], F32x8::ONE);
+    shares
 }
 
 #[inline(always)]
@@ -177,6 +208,12 @@ fn for_eight_points(node: &LightNode, receivers: &Receivers) -> [F32x8; WIDTH] {
         *importance = clusters.importance(receivers.origin, receivers.normal);
     }
     importances
+}
+
+/// The importances of a node's eight clusters for one receiver, eight times given.
+#[inline(always)]
+pub fn cluster_importances(node: &LightNode, origin: Vec3x8, normal: Vec3x8) -> F32x8 {
+    Clusters::of(node, |column| F32x8::from_array(*column)).importance(origin, normal)
 }
 
 /// Eight clusters.

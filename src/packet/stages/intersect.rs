@@ -35,7 +35,7 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
     state: &mut TileState,
     counters: &mut Counters,
 ) {
-    let TileState { shadow, slots, passing, scratch, .. } = state;
+    let TileState { shadow, slots, passing, scratch, records, .. } = state;
     counters.rays.shadow += shadow.len as u64;
     let ShadowQueue { rays, target, before, blocked, hits, len, .. } = shadow;
     let targets = &context.setup.lights.targets;
@@ -79,6 +79,11 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
         let active = Mask8::first((shadow.len - first).min(LANES)).bits();
         let free = active & !shadow.blocked[first / LANES];
         slots.add(U32x8::load(&shadow.slot, first), shadow.contribution.load(first), free);
+    }
+    if let Some(records) = records {
+        for (row, lesson) in shadow.lessons.drain(..).enumerate() {
+            records.note(&lesson, shadow.blocked[row / LANES] >> (row % LANES) & 1 == 0);
+        }
     }
 }
 

@@ -2,9 +2,13 @@
 
 use crate::fault::{Fault, planted};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::learn::records::LightRecords;
 use crate::packet::bsdf::Scattered;
 use crate::packet::context::StageContext;
+use crate::packet::lights::factors::keys;
+use crate::packet::lights::learn::{Samples, record};
 use crate::packet::lights::sample::{LightSamples, sample_lights};
+use crate::packet::lights::tree::Receivers;
 use crate::packet::mis;
 use crate::packet::queues::{PathQueue, ShadowQueue, Slots, SurfaceQueue, append_rays};
 use crate::packet::surface::{Found, SurfacePoints, surface_points_on};
@@ -20,6 +24,22 @@ pub(super) struct Hits {
     pub beta: Vec3x8,
     pub slot: U32x8,
     pub numbers: PathNumbers8,
+    /// Where what was learned of the lights is looked up: keys, and their rows ([`Hits::find_row`]).
+    pub key: U32x8,
+    pub row: U32x8,
+}
+
+impl Hits {
+    /// Finds the rows of what was learned of the lights, if anything was. `mirrors`: on surfaces that reflect much light in
+    /// about one direction.
+    #[inline(always)]
+    pub fn find_row(&mut self, context: &StageContext, mirrors: bool) {
+        if let Some(learned) = &context.setup.lights.learned {
+            let incoming = mirrors.then_some(self.direction);
+            self.key = keys(&learned.grid, self.points.origin, self.points.normal, incoming);
+            self.row = U32x8::gather(&learned.rows, self.key);
+        }
+    }
 }
 
 /// Hits `first .. first + 8` of a queue.
@@ -42,7 +62,7 @@ pub(super) fn load_hits<const DETAIL: bool>(
     let points = surface_points_on::<DETAIL>((&scene.triangles, &scene.corners), found, triangle, u, v, direction);
     let (pixel, sample) = (U32x8::gather(&slots.pixel, slot), U32x8::gather(&slots.sample, slot));
     let numbers = PathNumbers8 { sampler: setup.sampler, seed: setup.seed, pixel, sample };
-    Hits { active, points, direction, beta: queue.beta.load(first), slot, numbers }
+    Hits { active, points, direction, beta: queue.beta.load(first), slot, numbers, key: U32x8::ZERO, row: U32x8::ZERO }
 }
 
 /// Light samples of eight hits.
@@ -50,6 +70,8 @@ pub(super) struct DirectLight {
     /// The samples; only lanes of `active` were asked for and can contribute.
     pub light: LightSamples,
     pub active: Mask8,
+    /// Lanes that drew one.
+    pub drawn: Mask8,
     /// Lanes in which the one-sample strategy's coin chose the light.
     pub chosen: Mask8,
 }
@@ -65,12 +87,12 @@ pub(super) fn draw_light<const DETAIL: bool>(context: &StageContext, coin: bool,
     };
     let chosen = if coin { draws.coin() } else { Mask8::NONE };
     let wanted = if coin { hits.active & chosen } else { hits.active };
-    let light = sample_lights(lights, &hits.points, wanted, &draws);
+    let light = sample_lights(lights, &hits.points, hits.row, wanted, &draws);
     let mut active = wanted & light.valid;
     if DETAIL {
         active = active & light.direction.dot(hits.points.geometric_normal).gt(F32x8::ZERO);
     }
-    DirectLight { light, active, chosen }
+    DirectLight { light, active, drawn: wanted, chosen }
 }
 
 /// Puts light samples that can contribute into the shadow queue, finished but for their visibility. `rule`: what they count;
@@ -83,12 +105,25 @@ pub(super) fn add_light_samples(
     direct: &DirectLight,
     scattered: &Scattered,
     shadow: &mut ShadowQueue,
+    records: &mut Option<LightRecords>,
 ) {
     let light = &direct.light;
     let weight = mis::weigh(rule, light.pdf_dir, scattered.pdf_dir);
     let contribution = (hits.beta * scattered.f_cosine * light.radiance).scale(weight / light.pdf_dir);
     let nothing = (contribution.x + contribution.y + contribution.z).eq(F32x8::ZERO);
     let bits = direct.active.and_not(nothing).bits();
+    if let Some(records) = records {
+        let samples = Samples {
+            lights: &context.setup.lights,
+            receivers: Receivers { origin: hits.points.origin, normal: hits.points.normal, row: hits.row },
+            key: hits.key,
+            sample: light,
+            gain: (scattered.f_cosine * light.radiance).scale(weight / light.pdf_dir),
+            drawn: direct.drawn,
+            traced: Mask8::from_bits(bits),
+        };
+        record(&samples, &mut shadow.lessons, records);
+    }
     let at = shadow.len;
     append_rays(&mut shadow.rays, at, hits.points.origin, light.shadow_direction, bits);
     if context.decisions.shadow_tmax.is_none() {
@@ -144,6 +179,9 @@ pub(super) fn go_on(context: &StageContext, hits: &Hits, bounce: &Bounce, roulet
     }
     if needs.normal {
         next.normal.append(at, hits.points.normal, bits);
+    }
+    if needs.row {
+        hits.row.compress(bits).store(&mut next.row, at);
     }
     (hits.slot | bounce.flags).compress(bits).store(&mut next.slot, at);
     next.len += bits.count_ones() as usize;

@@ -35,8 +35,9 @@ pub fn shade_emitter(context: &StageContext, state: &mut TileState, _: &mut Coun
             let normal = if decisions.needs.normal { paths.normal.gather(row) } else { normal };
             let rays = &paths.rays;
             let origin = Vec3x8::new(gather(&rays.ox), gather(&rays.oy), gather(&rays.oz));
+            let known = if decisions.needs.row { U32x8::gather(&paths.row, row) } else { U32x8::ZERO };
             let asks = active & shines & (slot & U32x8::splat(COUNTS_ONE | COUNTS_ZERO)).eq(U32x8::ZERO);
-            let receivers = (&Receivers { origin, normal }, asks);
+            let receivers = (&Receivers { origin, normal, row: known }, asks);
             let found = (index, &light);
             let pdf_light = light_pdf_dir(&setup.lights, receivers, found, gather(&hits.t), light_cosine);
             emission_weight(setup.strategy.row(), slot, gather(&paths.pdf_dir), pdf_light)

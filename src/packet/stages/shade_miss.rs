@@ -47,7 +47,8 @@ fn shade_miss<const MAP: bool>(context: &StageContext, state: &mut TileState, _:
         let pdf_light = if decisions.needs.pdf {
             let origin = Vec3x8::new(gather(&rays.ox), gather(&rays.oy), gather(&rays.oz));
             let normal = if decisions.needs.normal { paths.normal.gather(row) } else { origin };
-            probability(&setup.lights, &Receivers { origin, normal }, active, Light8::Environment) * pdf_light
+            probability(&setup.lights, &Receivers { origin, normal, row: U32x8::ZERO }, active, Light8::Environment)
+                * pdf_light
         } else {
             pdf_light
         };

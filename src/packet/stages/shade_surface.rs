@@ -23,13 +23,14 @@ pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool>(
     let strategy = const { &TABLE[STRATEGY] };
     let StageContext { setup, decisions, .. } = context;
     let scene = setup.scene;
-    let TileState { surfaces, next, shadow, slots, .. } = state;
+    let TileState { surfaces, next, shadow, slots, records, .. } = state;
     let (queue, last) = (&surfaces[B::KIND], context.is_last_event());
     for first in (0..queue.len).step_by(LANES) {
         let mut hits = load_hits::<DETAIL>(context, queue, slots, first);
         if DETAIL && B::FACES_FORWARD {
             hits.points.face_forward(-hits.direction);
         }
+        hits.find_row(context, !B::KIND.row().pdf_is_cosine);
         let mut bsdf = B::load(&scene.materials, hits.points.material);
         if DETAIL && scene.features.textures {
             let texture = MaterialColumns::gather_textures(&scene.materials, hits.points.material);
@@ -42,7 +43,7 @@ pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool>(
             let direct = draw_light::<DETAIL>(context, strategy.coin, &hits);
             light_chosen = direct.chosen;
             let scattered = bsdf.evaluate(wo, to_local(direct.light.direction, normal));
-            add_light_samples(context, strategy.light_sample, &hits, &direct, &scattered, shadow);
+            add_light_samples(context, strategy.light_sample, &hits, &direct, &scattered, shadow, records);
         }
         if last && !decisions.last_drawn_counts {
             continue;

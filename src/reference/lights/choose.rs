@@ -26,7 +26,7 @@ pub fn choose(lights: &LightTable, receiver: &Receiver, word: u32) -> (Light, Re
     }
     let (emitter, probability) = match &lights.selection {
         Selection::Tree(tree) => {
-            let (emitter, probability) = choose_light(tree, receiver, word);
+            let (emitter, probability) = choose_light(tree, lights.learned.as_ref(), receiver, word);
             (emitter, probability * emitter_part(lights, receiver))
         }
         Selection::Fixed(fixed) => {
@@ -43,7 +43,7 @@ pub fn probability(lights: &LightTable, receiver: &Receiver, light: Light) -> Re
         (Light::Environment, Selection::Tree(_)) => eighths(lights, receiver) as Real * 0.125,
         (Light::Environment, Selection::Fixed(_)) => lights.environment_probability as Real,
         (Light::Emitter(emitter), Selection::Tree(tree)) => {
-            light_probability(tree, receiver, emitter) * emitter_part(lights, receiver)
+            light_probability(tree, lights.learned.as_ref(), receiver, emitter) * emitter_part(lights, receiver)
         }
         (Light::Emitter(emitter), Selection::Fixed(_)) => lights.probability(emitter) as Real,
     }

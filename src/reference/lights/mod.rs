@@ -7,6 +7,7 @@ use super::{
 
 pub mod choose;
 pub mod environment;
+pub mod factors;
 pub mod sample;
 pub mod tree;
 pub mod triangle;

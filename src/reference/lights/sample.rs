@@ -58,9 +58,14 @@ impl Target {
     }
 }
 
-/// Draws a light sample; `None` if it cannot contribute (below the horizon, behind the light).
-pub fn sample_light(lights: &LightTable, point: &SurfacePoint, draws: &LightDraws<u32, f32>) -> Option<LightSample> {
-    let receiver = Receiver { origin: point.origin, normal: point.normal };
+/// Draws a light sample; `None` if it cannot contribute (below the horizon, behind the light). `row`: as [`Receiver::row`].
+pub fn sample_light(
+    lights: &LightTable,
+    point: &SurfacePoint,
+    row: u32,
+    draws: &LightDraws<u32, f32>,
+) -> Option<LightSample> {
+    let receiver = Receiver { origin: point.origin, normal: point.normal, row };
     let (light, probability, word) = choose(lights, &receiver, draws.select);
     let u = draws.point.map(|u| u as Real);
     match light {

@@ -5,8 +5,10 @@
 //! floor, walls and columns of a hall under 2,000 lamps the relative variance that choosing adds to an unoccluded
 //! sample falls from 0.5, 0.6 and 1.0 to 0.08, 0.14 and 0.2 by that. Either is 0 only where no light can contribute.
 
+use super::factors::factors;
 use super::{Real, Vec3, vec3};
 use crate::sampler::unit;
+use crate::tables::lights::learned::LearnedLights;
 use crate::tables::lights::tree::{LEAF, LEAST_COSINE, LEAST_SHARE, LightNode, LightTree, PAIR, WIDTH};
 
 /// Where a light is wanted: a place and the normal of the surface there, towards the side that light reaches.
@@ -16,19 +18,22 @@ pub struct Receiver {
     pub origin: Vec3,
     /// Unit normal.
     pub normal: Vec3,
+    /// Row of what was learned ([`LearnedLights::rows`]); read only where something was.
+    pub row: u32,
 }
 
 /// The light that a selection word chooses for `receiver`, and the probability with which it does.
-pub fn choose_light(tree: &LightTree, receiver: &Receiver, word: u32) -> (u32, Real) {
+pub fn choose_light(tree: &LightTree, learned: Option<&LearnedLights>, receiver: &Receiver, word: u32) -> (u32, Real) {
     let mut u = unit(word) as Real;
     // What the 24 bits of `u` leave of the word; the first choice makes room for it. Later ones would run out of bits, and
     // lights below many unlikely choices would never be drawn: there a generator continues the word.
     let mut rest = (word & 0xff) as Real * (1.0 / 4_294_967_296.0);
     let mut bits = word;
     let mut probability = 1.0;
-    let mut node = &tree.nodes[0];
+    let mut index = 0;
     loop {
-        let shares = shares(node, receiver);
+        let node = &tree.nodes[index as usize];
+        let shares = shares(node, &factors(learned, receiver.row, index), receiver);
         let total = shares.iter().fold(0.0, |sum, share| sum + share);
         let x = u * total;
         let (mut low, mut column) = (0.0, 0);
@@ -51,17 +56,18 @@ pub fn choose_light(tree: &LightTree, receiver: &Receiver, word: u32) -> (u32, R
                 false => (light, probability),
             };
         }
-        node = &tree.nodes[child as usize];
+        index = child;
     }
 }
 
 /// The probability with which [`choose_light`] chooses `light` for `receiver`.
-pub fn light_probability(tree: &LightTree, receiver: &Receiver, light: u32) -> Real {
+pub fn light_probability(tree: &LightTree, learned: Option<&LearnedLights>, receiver: &Receiver, light: u32) -> Real {
     let mut path = tree.paths[light as usize];
     let mut probability = 1.0;
-    let mut node = &tree.nodes[0];
+    let mut index = 0;
     loop {
-        let shares = shares(node, receiver);
+        let node = &tree.nodes[index as usize];
+        let shares = shares(node, &factors(learned, receiver.row, index), receiver);
         let total = shares.iter().fold(0.0, |sum, share| sum + share);
         let column = (path & 7) as usize;
         path >>= 3;
@@ -70,7 +76,7 @@ pub fn light_probability(tree: &LightTree, receiver: &Receiver, light: u32) -> R
         if child & LEAF != 0 {
             return if child & PAIR != 0 { probability * 0.5 } else { probability };
         }
-        node = &tree.nodes[child as usize];
+        index = child;
     }
 }
 
@@ -82,10 +88,10 @@ pub fn environment_eighths(tree: &LightTree, receiver: &Receiver) -> u32 {
     ((environment / (environment + total) * 8.0 + 0.5) as u32).clamp(1, 7)
 }
 
-/// What the columns of a node are chosen in proportion to: their importances, none of which is far below the sum unless it
+/// What the columns of a node are chosen in proportion to: their importances times `factors`, none of which is far below the sum unless it
 /// is 0. If all are (bounds see less of a cluster's parts than of the whole), the first is chosen: nothing is lost.
-fn shares(node: &LightNode, receiver: &Receiver) -> [Real; WIDTH] {
-    let importances: [Real; WIDTH] = std::array::from_fn(|column| importance(node, column, receiver));
+pub fn shares(node: &LightNode, factors: &[Real; WIDTH], receiver: &Receiver) -> [Real; WIDTH] {
+    let importances: [Real; WIDTH] = std::array::from_fn(|column| importance(node, column, receiver) * factors[column]);
     let total = importances.iter().fold(0.0, |sum, importance| sum + importance);
     if !(total > 0.0) {
         return std::array::from_fn(|column| if column == 0 { 1.0 } else { 0.0 });
@@ -101,7 +107,7 @@ fn shares(node: &LightNode, receiver: &Receiver) -> [Real; WIDTH] {
 
 /// The importance of the cluster in a column: power times the two cosines over the squared distance, each taken so that it
 /// is right far away and stays sensible beside or inside the cluster.
-fn importance(node: &LightNode, column: usize, receiver: &Receiver) -> Real {
+pub fn importance(node: &LightNode, column: usize, receiver: &Receiver) -> Real {
     let at = |columns: &[[f32; WIDTH]; 3]| vec3([columns[0][column], columns[1][column], columns[2][column]]);
     let to_center = at(&node.center) - receiver.origin;
     let half = at(&node.half);

@@ -16,6 +16,7 @@ use crate::tables::alpha_masks::AlphaMaskTable;
 use crate::tables::lights::alias::{AliasColumn, alias_table, factor_above, probabilities_by_word, whole_shares};
 use crate::tables::lights::emitters::Emitter;
 use crate::tables::lights::environment::{Distribution, Environment, EnvironmentMap};
+use crate::tables::lights::learned::LearnedLights;
 use crate::tables::lights::targets::Targets;
 use crate::tables::lights::tree::LightTree;
 use crate::tables::prepared::PreparedScene;
@@ -146,6 +147,8 @@ pub struct LightTable<'a> {
     pub two_sided: bool,
     /// How a triangle is chosen.
     pub selection: Selection<'a>,
+    /// What was learned of the tree's clusters; only under [`Selection::Tree`], and only where it pays.
+    pub learned: Option<LearnedLights>,
     /// Per emitter, the probability with which a light sample goes to it; one value if all have the same. (Not under
     /// [`Selection::Tree`], where it depends on the place.)
     pub probabilities: Vec<f32>,
@@ -157,7 +160,8 @@ pub struct LightTable<'a> {
 }
 
 impl<'a> LightTable<'a> {
-    /// The table of `scene` under `lights`; `compensated`: see [`EnvironmentMap::distribution`].
+    /// The table of `scene` under `lights`; `compensated`: see [`EnvironmentMap::distribution`]. Nothing is learned yet: until
+    /// [`LightTable::learned`] is set, [`Lights::Learned`] chooses as [`Lights::Tree`] does.
     pub fn new(scene: &'a PreparedScene, lights: Lights, compensated: bool) -> LightTable<'a> {
         let count = scene.emitters.len();
         let environment_probability = match (&scene.environment, count) {
@@ -166,7 +170,7 @@ impl<'a> LightTable<'a> {
             (Some(_), _) => 0.5,
         };
         let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
-        let tree = if lights == Lights::Tree { scene.light_tree(powers) } else { None };
+        let tree = if matches!(lights, Lights::Tree | Lights::Learned) { scene.light_tree(powers) } else { None };
         let to_emitters = 1.0 - environment_probability as f64;
         let stated = if planted(Fault::LopsidedChoice) { 0.9 * to_emitters } else { to_emitters };
         let records = scene.emitters.iter().map(|emitter| {
@@ -182,7 +186,7 @@ impl<'a> LightTable<'a> {
             (_, _, Some(tree)) => Selection::Tree(tree),
             (0 | 1, ..) => Selection::Fixed(Fixed::Single),
             (_, Lights::Power, _) => Selection::Fixed(Fixed::by_power(&powers(), to_emitters)),
-            (_, Lights::Uniform | Lights::Tree, _) => Selection::Fixed(Fixed::Uniform(count as u32)),
+            (_, Lights::Uniform | Lights::Tree | Lights::Learned, _) => Selection::Fixed(Fixed::Uniform(count as u32)),
         };
         let environment = scene.environment.as_ref().map(|environment| match environment {
             Environment::Constant(radiance) => EnvironmentLight::Constant(*radiance),
@@ -203,6 +207,7 @@ impl<'a> LightTable<'a> {
                 _ => vec![(stated / count as f64) as f32; count.min(1)],
             },
             selection,
+            learned: None,
             environment,
             environment_probability,
         }
@@ -230,6 +235,7 @@ impl<'a> LightTable<'a> {
             Selection::Tree(tree) => tables.push(("light tree", tree.bytes())),
             _ => {}
         }
+        tables.extend(self.learned.iter().flat_map(LearnedLights::tables));
         tables.retain(|table| table.1 > 0);
         tables
     }
@@ -260,6 +266,7 @@ pub fn selection_name(table: &LightTable) -> String {
         Selection::Fixed(Fixed::Single) => Some("single light"),
         Selection::Fixed(Fixed::Uniform(_)) => Some("uniform"),
         Selection::Fixed(Fixed::Alias(_)) => Some("power (alias table)"),
+        Selection::Tree(_) if table.learned.is_some() => Some("light tree, weighed by what was learned"),
         Selection::Tree(_) => Some("light tree"),
     };
     let environment = table.environment.map(|environment| match environment {

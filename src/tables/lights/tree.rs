@@ -75,6 +75,9 @@ pub struct LightTree {
     pub paths: Vec<u64>,
     /// Importance of the environment, in the unit of the lights': the same everywhere; 0 if there is none.
     pub environment: f32,
+    /// Power of the strongest light, summed over the channels, in [`crate::tables::PreparedScene::radiance_unit`]: what powers
+    /// of nodes are relative to.
+    pub strongest: f32,
 }
 
 /// What a cluster covers.
@@ -122,7 +125,8 @@ impl LightTree {
         // Half of what a hemisphere of it sends, for the reason of `LEAF_BLUR`; within the range of f32.
         let share = if strongest > 0.0 { std::f64::consts::FRAC_PI_2 * environment / strongest } else { 1.0 };
         let environment = if environment > 0.0 { share.clamp(1e-30, 1e30) as f32 } else { 0.0 };
-        let mut tree = LightTree { nodes: Vec::new(), paths: vec![0; emitters.len()], environment };
+        let mut tree =
+            LightTree { nodes: Vec::new(), paths: vec![0; emitters.len()], environment, strongest: strongest as f32 };
         Builder { tree: &mut tree, slack: reach * 4e-6 }.node(&mut primitives, 0, 0);
         Some(tree)
     }

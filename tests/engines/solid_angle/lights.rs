@@ -56,16 +56,17 @@ fn hits_find_the_density_that_light_samples_were_drawn_with() {
                 lane(v),
                 splat3(down),
             );
-            let found = light_x8::sample_lights(&lights, &points, Mask8::ALL, &words.map(U32x8::splat).into());
-            let sample = single::lights::sample::sample_light(&lights, &point, &words.into());
+            let found =
+                light_x8::sample_lights(&lights, &points, U32x8::ZERO, Mask8::ALL, &words.map(U32x8::splat).into());
+            let sample = single::lights::sample::sample_light(&lights, &point, 0, &words.into());
             assert_eq!(found.valid.any(), sample.is_some());
             let Some(sample) = sample else { continue };
             assert!(found.valid.all());
             assert_eq!(found.pdf_dir.to_array()[7].to_bits(), sample.pdf_dir.to_bits());
             // The ray that a BSDF sample in this direction would be.
-            let receiver = Receiver { origin: point.origin, normal: point.normal };
+            let receiver = Receiver { origin: point.origin, normal: point.normal, row: 0 };
             let chosen = match &lights.selection {
-                Selection::Tree(tree) => choose_light(tree, &receiver, words[0]).0,
+                Selection::Tree(tree) => choose_light(tree, None, &receiver, words[0]).0,
                 Selection::Fixed(fixed) => fixed.choose(words[0]),
             };
             let record = &lights.records[chosen as usize];
@@ -76,7 +77,7 @@ fn hits_find_the_density_that_light_samples_were_drawn_with() {
             let columns = LightColumns::gather(&lights.records, U32x8::splat(chosen));
             let lanes = light_x8::light_pdf_dir(
                 &lights,
-                (&Receivers { origin: points.origin, normal: points.normal }, Mask8::ALL),
+                (&Receivers { origin: points.origin, normal: points.normal, row: U32x8::ZERO }, Mask8::ALL),
                 (U32x8::splat(chosen), &columns),
                 lane(t),
                 lane(cosine),
