@@ -304,7 +304,10 @@ mod tests {
     #[test]
     fn later_names_are_told_from_unknown_ones() {
         let error = named::<Lights>("treee", &[]).unwrap_err();
-        assert_eq!(error, "unknown light selection `treee` (did you mean `tree`?); known: uniform, power, tree");
+        assert_eq!(
+            error,
+            "unknown light selection `treee` (did you mean `tree`?); known: uniform, power, tree, learned"
+        );
         assert!(!named::<Lights>("magic", &[]).unwrap_err().contains("did you mean"));
         assert_eq!(named::<Lights>("tree", &[]), Ok(Lights::Tree));
         assert_eq!(rr_depth("off"), Ok(RrDepth(None)));

@@ -127,6 +127,34 @@ fn what_is_sampled_is_what_mis_looks_up() {
     }
 }
 
+/// At the world's origin, where the columns lie that a node does not use, there was no end to the choice.
+#[test]
+fn places_with_zeros_for_coordinates_are_places() {
+    for (name, scene) in scenes() {
+        with_tree(&scene, |tree, _| {
+            for (number, zeros) in (0..64).flat_map(|number| (0..8).map(move |zeros| (number, zeros))) {
+                let at = |i: usize| if zeros >> i & 1 == 1 { 0.0 } else { [0.5, -1.0, 2.0][i] };
+                let origin = Vec3::new(at(0), at(1), at(2));
+                let of = |i: u32| direction(numbers(5_000_000 + 8 * number + i));
+                let receivers: [Receiver; LANES] =
+                    std::array::from_fn(|i| Receiver { origin, normal: of(i as u32), row: 0 });
+                let words: [u32; LANES] = std::array::from_fn(|i| random_words(number, i as u32, 0, 8)[0]);
+                let (light, probability) =
+                    lanes::choose_lights(tree, None, &eight(&receivers), Mask8::ALL, U32x8::from_array(words));
+                for i in 0..LANES {
+                    let (chosen, p) = choose_light(tree, None, &receivers[i], words[i]);
+                    assert_eq!(
+                        (light.to_array()[i], probability.to_array()[i].to_bits()),
+                        (chosen, p.to_bits()),
+                        "{name}"
+                    );
+                    assert!(p > 0.0 && p <= 1.0, "{name}: {p}");
+                }
+            }
+        });
+    }
+}
+
 /// What there is to choose adds up to 1.
 #[test]
 fn probabilities_sum_to_one() {

