@@ -53,7 +53,7 @@ pub struct Point {
     /// Share of the squared error in low frequencies, as a multiple of white noise's; `null` where the error is 0.
     pub low_frequencies: Option<f64>,
     /// A few pixels rule the error: those of [`TRIMMED`] hold three quarters of it, or its spread between runs is that of fewer
-    /// than [`FEW_TILES`] tiles. Then neither its mean nor any interval can be relied on: none is given, and the point takes no
+    /// than three tiles. Then neither its mean nor any interval can be relied on: none is given, and the point takes no
     /// part in slopes and prices.
     pub outliers: bool,
     /// `mse` with its standard error.
