@@ -82,10 +82,15 @@ impl State {
 
     /// Removes the file of a render that is finished now.
     pub fn remove(&self) {
-        if self.path.exists()
-            && let Err(error) = std::fs::remove_file(&self.path)
-        {
-            warn(&format!("{}: no longer needed, and cannot be removed: {error}", self.path.display()));
-        }
+        remove_unfinished(&self.path);
+    }
+}
+
+/// Removes what an interrupted call has kept, now that all of it is done.
+pub fn remove_unfinished(path: &Path) {
+    if path.exists()
+        && let Err(error) = std::fs::remove_file(path)
+    {
+        warn(&format!("{}: no longer needed, and cannot be removed: {error}", path.display()));
     }
 }

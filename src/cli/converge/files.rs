@@ -1,7 +1,6 @@
 //! What `converge` writes, and where.
 
 use crate::cli::output::write_json;
-use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::atomic;
 use crate::report::analysis::equal_time::Shown;
@@ -97,15 +96,6 @@ impl Files {
             }
         }
         Ok(())
-    }
-}
-
-/// Removes what an interrupted call has kept, now that all of it is done.
-pub fn remove(path: &Path) {
-    if path.exists()
-        && let Err(error) = fs::remove_file(path)
-    {
-        warn(&format!("{}: no longer needed, and cannot be removed: {error}", path.display()));
     }
 }
 

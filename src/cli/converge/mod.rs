@@ -8,6 +8,7 @@ mod setup;
 
 use crate::cli::interrupt;
 use crate::cli::output::print;
+use crate::cli::resume::remove_unfinished;
 use crate::cli::warn;
 use crate::error::Result;
 use crate::report::analysis::equal_time;
@@ -104,7 +105,7 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
     files.write(&Contents { measured: &measured, findings, summaries: &summaries, shown, state, ..nothing })?;
     progress::noisy_references(&experiment, &references, findings).iter().for_each(|warning| warn(warning));
     if finished {
-        files::remove(&files.unfinished());
+        remove_unfinished(&files.unfinished());
     }
     if !args.quiet {
         print(&progress::summary(&experiment, findings, &args.out))?;
@@ -173,7 +174,7 @@ fn references(
             return Ok(None);
         };
         reference::keep(&rendered, &key, &path)?;
-        files::remove(&unfinished);
+        remove_unfinished(&unfinished);
         references.push(rendered);
     }
     Ok(Some(references))

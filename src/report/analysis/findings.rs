@@ -217,6 +217,11 @@ fn find(runs: &[&Run], pool: &Pool, reference: &Image, ask: &Ask) -> Finding {
 impl Finding {
     /// What the relative error `error` costs, which is uncertain by `uncertain` in the logarithm of its square.
     pub fn price(&self, error: f64, uncertain: Option<LogError>) -> Price {
+        self.price_of(error, self.cost(error * error, uncertain))
+    }
+
+    /// The price of the relative error `error` at this cost.
+    fn price_of(&self, error: f64, cost: Result<Cost, Unknown>) -> Price {
         let unknown = Price {
             error,
             samples: None,
@@ -225,7 +230,7 @@ impl Finding {
             extrapolated: false,
             unknown: Some(Unknown::TooUncertain),
         };
-        match self.cost(error * error, uncertain) {
+        match cost {
             Err(reason) => Price { unknown: Some(reason), ..unknown },
             Ok(Cost { value, interval, extrapolated }) if self.has_samples() => Price {
                 samples: Some(value),
@@ -322,7 +327,7 @@ pub fn ratios(this: &Finding, other: &Finding) -> Option<(Option<Ratio>, Ratio)>
     }
     let uncertain = last.relmse_estimate.map(|estimate| estimate.of_logarithm());
     let cost = this.cost(last.relmse, uncertain).ok()?;
-    let price = this.price(last.relmse.sqrt(), uncertain);
+    let price = this.price_of(last.relmse.sqrt(), Ok(cost));
     let ratio = |value: f64, interval: Option<Interval>, by: f64| Ratio {
         value: value / by,
         interval: interval.map(|interval| interval.map(|end| end / by)),

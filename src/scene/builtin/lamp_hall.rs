@@ -3,8 +3,7 @@
 //! so which lamps matter changes from place to place.
 
 use crate::scene::builtin::{Mesh, add_ball, diffuse, fractal, uniform};
-use crate::scene::camera::CameraPath;
-use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
+use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc};
 use glam::DVec3;
 
 /// Bays on each side, and how much of the hall's length each takes.
@@ -79,17 +78,12 @@ pub(super) fn lamp_hall(name: String, lamps: u32) -> SceneDesc {
             vertical_fov: 60.0,
             ..CameraDesc::default()
         },
-        camera_path: CameraPath::default(),
         film: (640, 480),
-        filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(64), ..RenderDesc::default() },
         meshes: vec![mesh.into_desc()],
         instances: vec![InstanceDesc::default()],
-        textures: Vec::new(),
-        masks: Vec::new(),
         materials: materials(),
-        lights: Vec::new(),
-        warnings: Vec::new(),
+        ..SceneDesc::default()
     }
 }
 

@@ -2,10 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::nearest::close;
-use crate::scene::camera::CameraPath;
 use crate::scene::desc::{
-    CameraDesc, EnvironmentDesc, InstanceDesc, LightDesc, MaterialDesc, MeshDesc, PixelFilter, RenderDesc, Scattering,
-    SceneDesc, TriangleDesc,
+    CameraDesc, EnvironmentDesc, InstanceDesc, LightDesc, MaterialDesc, MeshDesc, RenderDesc, Scattering, SceneDesc,
+    TriangleDesc,
 };
 use crate::scene::validate;
 use glam::DVec3;
@@ -107,17 +106,13 @@ fn heavy(name: String, triangles: u32) -> SceneDesc {
             vertical_fov: 58.0,
             ..CameraDesc::default()
         },
-        camera_path: CameraPath::default(),
         film: (512, 512),
-        filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(16), ..RenderDesc::default() },
         meshes: vec![mesh.into_desc()],
         instances: vec![InstanceDesc::default()],
-        textures: Vec::new(),
-        masks: Vec::new(),
         materials,
         lights: vec![LightDesc::Environment(EnvironmentDesc::Constant { radiance: [3.0, 3.8, 5.0] })],
-        warnings: Vec::new(),
+        ..SceneDesc::default()
     }
 }
 

@@ -7,7 +7,7 @@
 
 use crate::scene::builtin::{Mesh, add_ball, diffuse, fractal, uniform};
 use crate::scene::camera::{CameraKey, CameraPath};
-use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, PixelFilter, RenderDesc, Scattering, SceneDesc};
+use crate::scene::desc::{CameraDesc, InstanceDesc, MaterialDesc, RenderDesc, Scattering, SceneDesc};
 use glam::DVec3;
 
 /// From one room's middle to the next's.
@@ -80,15 +80,11 @@ pub(super) fn rooms(name: String, side: u32) -> SceneDesc {
         camera,
         camera_path: if side > 1 { walk(camera) } else { CameraPath::default() },
         film: (640, 480),
-        filter: PixelFilter::Box,
         render: RenderDesc { spp: Some(64), ..RenderDesc::default() },
         meshes: vec![mesh.into_desc()],
         instances: vec![InstanceDesc::default()],
-        textures: Vec::new(),
-        masks: Vec::new(),
         materials: materials(),
-        lights: Vec::new(),
-        warnings: Vec::new(),
+        ..SceneDesc::default()
     }
 }
 
