@@ -105,7 +105,7 @@ pub use error::{Error, Result};
 pub use film::Film;
 pub use lanes::{F32x8, Mask8, U32x8, Vec3x8, simd_level};
 pub use render::{Progress, Render, render, render_from, render_with};
-pub use settings::{Crop, Engine, Lights, Sampler, Settings, Train};
+pub use settings::{Crop, Engine, Guide, Lights, Roulette, Sampler, Settings, Train};
 pub use stats::{RayCounts, StageStats, Stats};
 pub use strategy::Strategy;
 pub use tables::PreparedScene;

@@ -39,14 +39,41 @@ named_choice! {
     }
 }
 
-/// How long the training render is, before a render that learns ([`Lights::Learned`]).
+named_choice! {
+    /// Whether directions at diffuse surfaces are guided by what a training render has found ([`crate::learn::guide`]).
+    Guide, "guide", {
+        /// They are drawn by the BSDF alone. The default.
+        Off = "off",
+        /// Half of them are guided, at every place where the training render says that it helps.
+        On = "on",
+        /// The same, if the strategy is one of multiple importance sampling and the training render says that it pays for the
+        /// whole picture.
+        Auto = "auto",
+    }
+}
+
+named_choice! {
+    /// What Russian roulette goes by.
+    Roulette, "roulette", {
+        /// The largest component of the throughput; where directions are guided, that of the albedos, since roulette would
+        /// else end the paths that guiding has found. The default.
+        Throughput = "throughput",
+        /// The product of the largest components of the albedos.
+        Albedo = "albedo",
+        /// The same, but paths are kept that are expected to bring much to their pixel, as far as a training render can tell
+        /// ([`crate::learn::guide`]).
+        Learned = "learned",
+    }
+}
+
+/// How long the training render is, before a render that learns ([`Lights::Learned`], [`Guide`], [`Roulette::Learned`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Train {
     /// As the size of the film suggests.
     Auto,
     /// Nothing is learned.
     Off,
-    /// About so many paths.
+    /// About so many paths; where directions are learned and used, four times as many.
     Paths(u32),
 }
 
@@ -107,6 +134,10 @@ pub struct Settings {
     pub strategy: Strategy,
     /// How light samples choose lights.
     pub lights: Lights,
+    /// Whether directions are guided.
+    pub guide: Guide,
+    /// What roulette goes by.
+    pub roulette: Roulette,
     /// How long the training render is, where something is learned.
     pub train: Train,
     /// Where sample numbers come from.
@@ -129,6 +160,9 @@ pub struct Settings {
     pub crop: Option<Crop>,
 }
 
+/// Where roulette goes by albedos, their product counts at least this: random numbers have 24 bits.
+pub const LEAST_ALBEDO: f32 = 1.0 / 16_777_216.0;
+
 /// Roulette may end a path from this depth on, unless told otherwise. By efficiency over ten scenes (64 samples, light tree,
 /// `sobol`) 3 and 4 are 5 % better than 2 in the mean; later starts gain where paths soon leave the scene (1.4 times on
 /// `lecture_lights` and `sky`) and lose in closed ones (0.8 times on `builtin:heavy`), 4 more so than 3.
@@ -142,6 +176,8 @@ impl Default for Settings {
             target_error: None,
             strategy: Strategy::MisPower,
             lights: Lights::Tree,
+            guide: Guide::Off,
+            roulette: Roulette::Throughput,
             train: Train::Auto,
             sampler: Sampler::Sobol,
             max_depth: None,

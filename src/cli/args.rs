@@ -1,6 +1,6 @@
 //! Flags that several commands share, and how their values are read. Precedence: flag, scene's `[render]`, default.
 
-use crate::settings::{Crop, Lights, MAX_FILM_SIDE, Sampler, Settings, Train};
+use crate::settings::{Crop, Guide, Lights, MAX_FILM_SIDE, Roulette, Sampler, Settings, Train};
 use crate::strategy::Strategy;
 use clap::Args;
 use std::fmt::Display;
@@ -14,6 +14,10 @@ pub struct EstimatorArgs {
     strategy: Option<Strategy>,
     #[arg(long, value_name = "L", help = lights_help(), value_parser = |text: &str| named::<Lights>(text, &[]))]
     lights: Option<Lights>,
+    #[arg(long, value_name = "G", help = guide_help(), value_parser = |text: &str| named::<Guide>(text, &[]))]
+    guide: Option<Guide>,
+    #[arg(long, value_name = "R", help = roulette_help(), value_parser = |text: &str| named::<Roulette>(text, &[]))]
+    roulette: Option<Roulette>,
     #[arg(long, value_name = "PATHS|auto|off", help = train_help(), value_parser = |text: &str| text.parse::<Train>(),
           allow_negative_numbers = true)]
     train: Option<Train>,
@@ -32,6 +36,8 @@ impl EstimatorArgs {
     pub fn apply(&self, settings: &mut Settings) {
         settings.strategy = self.strategy.unwrap_or(settings.strategy);
         settings.lights = self.lights.unwrap_or(settings.lights);
+        settings.guide = self.guide.unwrap_or(settings.guide);
+        settings.roulette = self.roulette.unwrap_or(settings.roulette);
         settings.train = self.train.unwrap_or(settings.train);
         settings.sampler = self.sampler.unwrap_or(settings.sampler);
         settings.max_depth = self.max_depth.or(settings.max_depth);
@@ -82,10 +88,21 @@ fn lights_help() -> String {
     format!("How a light sample chooses its light: {} {}", names(Lights::ALL), scene_else(Settings::default().lights))
 }
 
+fn guide_help() -> String {
+    let default = Settings::default().guide;
+    format!("Whether directions at diffuse surfaces are guided: {} [default: {default}]", names(Guide::ALL))
+}
+
+fn roulette_help() -> String {
+    format!("What roulette goes by: {} [default: {}]", names(Roulette::ALL), Settings::default().roulette)
+}
+
 /// Help of `--train`.
 pub fn train_help() -> String {
     let default = Settings::default().train;
-    format!("Paths of the training render of --lights learned; `auto`: by the film's size [default: {default}]")
+    format!(
+        "Paths of the training render of --lights learned, --guide and --roulette learned; `auto`: by the film's size [default: {default}]"
+    )
 }
 
 fn sampler_help() -> String {

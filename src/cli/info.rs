@@ -102,7 +102,8 @@ fn gather(scene: &Scene, prepared: &PreparedScene, settings: &Settings, warnings
     let plan = Plan::new(&setup);
     let keys = scene.desc.camera_path.keys();
     // The lights' tables depend on strategy and selection; making them may make tables of the scene's.
-    let tables = prepared.tables().into_iter().chain(setup.lights.tables());
+    let learned = setup.guide.iter().flat_map(|guide| guide.tables());
+    let tables = prepared.tables().into_iter().chain(setup.lights.tables()).chain(learned);
     Info {
         scene: prepared.name.clone(),
         features: prepared.features,
@@ -165,7 +166,7 @@ fn text(info: &Info) -> String {
     ]);
     if let Some(learning) = &info.learning {
         text += "\nlearned\n";
-        text += &table(&learned(learning).map(|(left, right)| row(left, right)));
+        text += &table(&learned(learning).into_iter().map(|(left, right)| row(left, right)).collect::<Vec<_>>());
     }
     let total: usize = info.tables.iter().map(|table| table.bytes).sum();
     text += &format!("\ntables, {} in all\n", bytes(total));
@@ -188,7 +189,7 @@ fn camera_text(keys: usize, [first, last]: [f64; 2]) -> String {
 }
 
 /// What was learned of the lights, in words.
-fn learned(learning: &Learning) -> [(&'static str, String); 2] {
+fn learned(learning: &Learning) -> Vec<(&'static str, String)> {
     let pilot = match learning.grid {
         Some((columns, rows)) => format!(
             "{} paths over {columns} x {rows} pixels in {} s; {} of tables",
@@ -198,8 +199,15 @@ fn learned(learning: &Learning) -> [(&'static str, String); 2] {
         ),
         None => "none".into(),
     };
-    let used = if learning.used { "used" } else { "not used" };
-    [("training render", pilot), ("choice of lights", format!("{used}: {}", learning.why))]
+    let used = |used: bool| if used { "used" } else { "not used" };
+    let mut rows =
+        vec![("training render", pilot), ("choice of lights", format!("{}: {}", used(learning.used), learning.why))];
+    if let Some(guide) = &learning.guide {
+        let leaves = format!("{} of {} leaves guided", count(guide.guided as u64), count(guide.leaves as u64));
+        let tables = format!("{leaves}; {} of tables", bytes(guide.bytes));
+        rows.push(("directions", format!("{}: {}; {tables}", used(guide.used), guide.why)));
+    }
+    rows
 }
 
 /// Bytes in the largest unit that keeps at least one digit before the point.

@@ -17,6 +17,8 @@ pub struct Report<'a> {
     /// The strategy's expected image is wrong on purpose.
     biased: bool,
     lights: &'static str,
+    guide: &'static str,
+    roulette: &'static str,
     /// The length of the training render as asked for.
     train: String,
     /// What learning came to and cost; its seconds are in `render_s` and `cpu_s`. `null`: nothing was to be learned.
@@ -96,6 +98,8 @@ impl<'a> Report<'a> {
             strategy: settings.strategy.name(),
             biased: settings.strategy.is_biased(),
             lights: settings.lights.name(),
+            guide: settings.guide.name(),
+            roulette: settings.roulette.name(),
             train: settings.train.to_string(),
             learning: &stats.learning,
             sampler: settings.sampler.name(),

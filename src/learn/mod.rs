@@ -27,6 +27,7 @@
 
 pub mod build;
 pub mod forecast;
+pub mod guide;
 pub mod outcome;
 pub mod pilot;
 pub mod records;

@@ -1,6 +1,6 @@
 //! What learning came to, for people and reports.
 
-/// Of a render that was to learn its lights.
+/// Of a render that was to learn something; what stands here by itself is what was learned of lights.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Learning {
     /// Whether lights are chosen by what was learned.
@@ -15,6 +15,8 @@ pub struct Learning {
     pub paths: u64,
     /// Bytes of the tables, used or not.
     pub bytes: usize,
+    /// What was learned of directions; `null`: nothing was to be.
+    pub guide: Option<GuideLearning>,
     /// Wall seconds of the pilot.
     pub seconds: f64,
     /// CPU seconds of the pilot, all threads.
@@ -31,8 +33,35 @@ impl Learning {
             grid: None,
             paths: 0,
             bytes: 0,
+            guide: None,
             seconds: 0.0,
             cpu_seconds: 0.0,
         }
+    }
+}
+
+/// Of a render that was to learn where light comes from.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct GuideLearning {
+    /// Whether what was learned is used, for directions or roulette.
+    pub used: bool,
+    /// Whether directions are guided.
+    pub guides: bool,
+    /// Why, or why not.
+    pub why: String,
+    /// What guiding is foreseen to save, over the variance of paths about what their pixels show.
+    pub forecast: Option<f64>,
+    /// Leaves of the trees over cells.
+    pub leaves: usize,
+    /// Those of them where directions are guided.
+    pub guided: usize,
+    /// Bytes of the tables, if they are used.
+    pub bytes: usize,
+}
+
+impl GuideLearning {
+    /// Nothing was tried.
+    pub fn none(why: &str) -> GuideLearning {
+        GuideLearning { used: false, guides: false, why: why.into(), forecast: None, leaves: 0, guided: 0, bytes: 0 }
     }
 }

@@ -1,6 +1,7 @@
 //! What is decided once for a render, for its stages to read.
 
 use crate::packet::queues::{QueueNeeds, TileState};
+use crate::settings::Roulette;
 use crate::setup::Setup;
 use crate::strategy::Weight;
 use crate::tables::lights::table::{EnvironmentLight, Selection};
@@ -14,6 +15,8 @@ pub struct Decisions {
     pub kinds: Vec<MaterialKind>,
     /// Some surface is smooth or textured: stages load what its corners carry.
     pub detail: bool,
+    /// Diffuse surfaces look up what was learned of directions.
+    pub learned: bool,
     /// Every triangle has this class, so hits need not be looked up ([`crate::tables::PreparedScene::classes`]).
     pub only_class: Option<u8>,
     /// Shadow rays leave the scene (infinity), or say one by one where they end (`None`).
@@ -35,9 +38,13 @@ impl Decisions {
         let pdf = setup.strategy.is_mis() && setup.samples_lights();
         let needs = QueueNeeds {
             pdf,
-            cosine: pdf && glossy && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_))),
+            cosine: pdf
+                && (glossy || setup.guide.is_some())
+                && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_))),
             normal: pdf && matches!(setup.lights.selection, Selection::Tree(_)),
             row: pdf && setup.lights.learned.is_some(),
+            albedo: setup.roulette != Roulette::Throughput,
+            inverse_pixel: setup.roulette == Roulette::Learned && setup.guide.is_some(),
             misses: scene.environment.is_some() && emission_counts,
             emitters: !scene.emitters.is_empty() && emission_counts,
             surfaces: PerKind::new(|kind| events && kind.scatters() && scene.features.kinds[kind]),
@@ -52,6 +59,7 @@ impl Decisions {
             needs,
             kinds: MaterialKind::ALL.into_iter().filter(|&kind| needs.surfaces[kind]).collect(),
             detail: !scene.corners.is_empty(),
+            learned: setup.guide.is_some(),
             only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
             shadow_tmax: setup.lights.records.is_empty().then_some(f32::INFINITY),
             last_drawn_counts: lit && row.hit != Weight::Zero,

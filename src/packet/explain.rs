@@ -72,6 +72,9 @@ fn surface(setup: &Setup, plan: &Plan, kind: MaterialKind) -> String {
     if row.lobes == Lobes::Density && plan.decisions.needs.shadow {
         words.push(format!("light sample ({})", selection_name(&setup.lights)));
     }
+    if plan.decisions.learned && kind == MaterialKind::Diffuse {
+        words.push("what was learned of directions".into());
+    }
     words.extend(features.smooth_normals.then(|| "smooth normals".into()));
     if setup.rr_depth != u32::MAX && setup.rr_depth <= setup.max_depth {
         words.push("roulette".into());

@@ -14,6 +14,7 @@ pub mod context;
 pub mod counters;
 pub mod decisions;
 pub mod explain;
+pub mod guide;
 pub mod lights;
 pub mod mis;
 pub mod plan;

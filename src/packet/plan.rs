@@ -3,6 +3,7 @@
 //! **Invariant:** a stage that is not needed is not in the list, is never called, and its queue holds no memory. A stage's
 //! variant is chosen here, once; [`super::explain`] says of the same list what it does and what was left out.
 
+use crate::packet::bsdf::diffuse::Diffuse;
 use crate::packet::bsdf::{Bsdf, ForKind, Specular, of_kind};
 use crate::packet::context::StageFn;
 use crate::packet::counters::Stage;
@@ -17,6 +18,7 @@ use crate::packet::stages::shade_surface::shade_surface;
 use crate::packet::stages::sort_hits::sort_hits;
 use crate::setup::Setup;
 use crate::strategy::Strategy;
+use crate::tables::materials::MaterialKind;
 
 /// What a render runs.
 pub struct Plan {
@@ -45,7 +47,11 @@ impl Plan {
             round.push((Stage::ShadeEmitter, shade_emitter));
         }
         for &kind in &decisions.kinds {
-            let variant = of_kind(kind, SurfaceVariant { strategy: setup.strategy, detail: decisions.detail });
+            let learned = decisions.learned && kind == MaterialKind::Diffuse;
+            let variant = match learned {
+                true => Some(learned_variant(setup.strategy, decisions.detail)),
+                false => of_kind(kind, SurfaceVariant { strategy: setup.strategy, detail: decisions.detail }),
+            };
             round.extend(variant.map(|variant| (Stage::Shade(kind), variant)));
         }
         if needs.shadow {
@@ -71,9 +77,21 @@ struct SurfaceVariant {
 
 /// The copies of `shade_surface` by the numbers of the strategies.
 macro_rules! by_strategy {
-    ($bsdf:ty, $detail:literal, $($number:literal)*) => {
-        [$(shade_surface::<$bsdf, $number, $detail>),*]
+    ($bsdf:ty, $detail:literal, $learned:literal) => {
+        by_strategy!($bsdf, $detail, $learned, 0 1 2 3 4 5 6 7 8)
     };
+    ($bsdf:ty, $detail:literal, $learned:literal, $($number:literal)*) => {
+        [$(shade_surface::<$bsdf, $number, $detail, $learned>),*]
+    };
+}
+
+/// The copies of the stage for diffuse surfaces that look up what was learned of directions.
+fn learned_variant(strategy: Strategy, detail: bool) -> StageFn {
+    let variants: [StageFn; Strategy::ALL.len()] = match detail {
+        false => by_strategy!(Diffuse, false, true),
+        true => by_strategy!(Diffuse, true, true),
+    };
+    variants[strategy as usize]
 }
 
 impl ForKind for SurfaceVariant {
@@ -81,8 +99,8 @@ impl ForKind for SurfaceVariant {
 
     fn bsdf<B: Bsdf>(self) -> StageFn {
         let variants: [StageFn; Strategy::ALL.len()] = match self.detail {
-            false => by_strategy!(B, false, 0 1 2 3 4 5 6 7 8),
-            true => by_strategy!(B, true, 0 1 2 3 4 5 6 7 8),
+            false => by_strategy!(B, false, false),
+            true => by_strategy!(B, true, false),
         };
         variants[self.strategy as usize]
     }

@@ -3,6 +3,7 @@
 
 use crate::bvh::ray::{HitQueue, RayQueue};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::learn::guide::steps::StepRecords;
 use crate::learn::records::{Lesson, LightRecords};
 use crate::tables::materials::PerKind;
 
@@ -176,6 +177,10 @@ pub struct Slots {
     pub sample: Vec<u32>,
     /// Radiance gathered so far.
     pub radiance: Vec<RadianceSum>,
+    /// Product of the albedos so far over what roulette has let through; kept only where roulette goes by it.
+    pub albedo: Vec<f32>,
+    /// One over what the path's pixel is expected to show; kept only where roulette goes by it.
+    pub inverse_pixel: Vec<f32>,
     /// Slots in use.
     pub len: usize,
 }
@@ -261,10 +266,30 @@ impl IndexList {
 }
 
 impl Slots {
-    /// Room for `capacity` paths.
-    pub fn new(capacity: usize) -> Slots {
-        let radiance = vec![RadianceSum::default(); capacity.next_multiple_of(LANES) + LANES];
-        Slots { pixel: words(capacity), sample: words(capacity), radiance, len: 0 }
+    /// Room for `capacity` paths, with what is needed of each.
+    pub fn new(capacity: usize, needs: QueueNeeds) -> Slots {
+        let len = capacity.next_multiple_of(LANES) + LANES;
+        let column = |needed: bool| if needed { vec![1.0; len] } else { Vec::new() };
+        Slots {
+            pixel: words(capacity),
+            sample: words(capacity),
+            radiance: vec![RadianceSum::default(); len],
+            albedo: column(needs.albedo),
+            inverse_pixel: column(needs.inverse_pixel),
+            len: 0,
+        }
+    }
+
+    /// What roulette goes by becomes `albedo` for the slots in the lanes of `mask`.
+    #[inline(always)]
+    pub fn set_albedo(&mut self, slot: U32x8, albedo: F32x8, mask: u8) {
+        let (slot, albedo) = (slot.to_array(), albedo.to_array());
+        let mut rest = mask;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            self.albedo[slot[lane] as usize] = albedo[lane];
+        }
     }
 
     /// Adds to the radiance of the slots in the lanes of `mask`, which name each slot at most once.
@@ -291,6 +316,10 @@ pub struct QueueNeeds {
     pub normal: bool,
     /// Rows of what was learned of the lights.
     pub row: bool,
+    /// Products of albedos.
+    pub albedo: bool,
+    /// What pixels are expected to show.
+    pub inverse_pixel: bool,
     /// Rays that left the scene.
     pub misses: bool,
     /// Hits on emitters.
@@ -327,6 +356,8 @@ pub struct TileState {
     pub shadow: ShadowQueue,
     /// What light samples were worth, if this is a training render.
     pub records: Option<LightRecords>,
+    /// What directions have found, if this is a training render.
+    pub steps: Option<StepRecords>,
     /// The paths of the tile.
     pub slots: Slots,
     /// Working memory of the traversal.
@@ -352,7 +383,8 @@ impl TileState {
                 size(needs.shadow && needs.alpha_masks),
             ),
             records: None,
-            slots: Slots::new(capacity),
+            steps: None,
+            slots: Slots::new(capacity, needs),
             scratch: Default::default(),
         }
     }

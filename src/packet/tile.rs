@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::packet::context::StageContext;
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
-use crate::packet::queues::TileState;
+use crate::packet::queues::{Slots, TileState};
 use crate::settings::DEPTH_GUARD;
 use crate::setup::Setup;
 
@@ -17,12 +17,23 @@ pub fn trace_paths(setup: &Setup, plan: &Plan, state: &mut TileState, counters: 
         clock = step(setup, plan, state, counters, depth, clock);
         depth += 1;
     }
+    if let (Some(steps), Some(guide)) = (&mut state.steps, &setup.guide) {
+        let Slots { pixel, radiance, len, .. } = &state.slots;
+        steps.end_paths(guide, (0..*len).map(|slot| (pixel[slot], radiance[slot].value())));
+    }
 }
 
 /// The camera rays of the paths in `state.slots`: they are then in `state.paths`. Returns now, for [`step`].
 pub fn begin(setup: &Setup, plan: &Plan, state: &mut TileState, counters: &mut Counters) -> Instant {
     let clock = Instant::now();
     let context = StageContext { setup, decisions: &plan.decisions, depth: 0 };
+    let Slots { pixel, albedo, inverse_pixel, len, .. } = &mut state.slots;
+    albedo.fill(1.0);
+    if let Some(guide) = setup.guide.as_ref().filter(|_| plan.decisions.needs.inverse_pixel) {
+        for (inverse, &pixel) in inverse_pixel.iter_mut().zip(&pixel[..*len]) {
+            *inverse = guide.pixels.inverse(pixel);
+        }
+    }
     (plan.generate_camera_rays)(&context, state, counters);
     counters.paths += state.slots.len as u64;
     counters.note(Stage::GenerateCameraRays, state.slots.len, clock)
@@ -47,6 +58,9 @@ pub fn step(
     }
     if depth + 1 == DEPTH_GUARD {
         counters.guarded += state.surfaces.0.iter().map(|queue| queue.len as u64).sum::<u64>();
+    }
+    if let Some(steps) = &mut state.steps {
+        steps.set_out(|slot| state.slots.radiance[slot].value());
     }
     std::mem::swap(&mut state.paths, &mut state.next);
     clock

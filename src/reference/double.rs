@@ -43,6 +43,8 @@ pub mod alpha_masks;
 pub mod bsdf;
 #[path = "camera.rs"]
 pub mod camera;
+#[path = "guide.rs"]
+pub mod guide;
 #[path = "intersect.rs"]
 pub mod intersect;
 #[path = "lights/mod.rs"]

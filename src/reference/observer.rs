@@ -1,5 +1,6 @@
 //! Who is told what happens to a path: `octray trace`, tests, and the search for samples that are not finite.
 
+use super::guide::GuidePlace;
 use super::intersect::{Hit, Ray};
 use super::lights::choose::{Light, choose};
 use super::lights::factors::Place;
@@ -80,7 +81,9 @@ pub enum Event<'a> {
         blocked: bool,
     },
     /// A surface of the named kind has scattered the path at a point.
-    Bounce(&'static str, &'a Hit, Vec3, Bounce),
+    Bounce(&'static str, &'a Hit, Vec3, Bounce<'a>),
+    /// The direction drawn at a surface leads nowhere, for a reason; where the surface looks up what was learned of directions.
+    Lost(Option<GuidePlace<'a>>, &'static str),
     /// Russian roulette has let it go on with this probability.
     Survival(&'a Hit, Vec3, Real),
     /// Russian roulette has ended it; it would have gone on with this probability.
@@ -106,7 +109,7 @@ pub struct Found {
 }
 
 /// A direction that a surface has scattered the path into.
-pub struct Bounce {
+pub struct Bounce<'a> {
     /// The direction.
     pub direction: Vec3,
     /// BSDF times cosine over the density.
@@ -115,6 +118,10 @@ pub struct Bounce {
     pub pdf_dir: Real,
     /// The lobe is a delta: the density is none.
     pub delta: bool,
+    /// The cosine between direction and normal.
+    pub cosine: Real,
+    /// Where the surface looks up what was learned of directions, if it does.
+    pub place: Option<GuidePlace<'a>>,
 }
 
 /// The choice of a light, as far as it takes to make it again: only who observes asks which it was.
@@ -239,6 +246,6 @@ fn vertex(path: &Path, event: Event) -> TraceVertex {
         Event::Roulette(hit, position, probability) => {
             TraceVertex { probability: probability as f64, ..hit_at(ROULETTE, hit, position, Vec3::ZERO) }
         }
-        Event::End(note) => TraceVertex { note, ..nowhere(END) },
+        Event::Lost(_, note) | Event::End(note) => TraceVertex { note, ..nowhere(END) },
     }
 }

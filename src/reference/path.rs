@@ -1,8 +1,9 @@
 //! One path, from the camera to its end: all nine strategies. The step titles name the packet engine's stages.
 
 use super::alpha_masks::is_hit;
-use super::bsdf::sample::BsdfSample;
+use super::bsdf::sample::{BsdfSample, max_element};
 use super::camera::camera_ray;
+use super::guide::GuidePlace;
 use super::intersect::{Hit, Ray, intersect_where, occluded_where, stack};
 use super::lights::factors::place;
 use super::lights::sample::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
@@ -14,11 +15,11 @@ use super::{Real, Vec3, bsdf, mis, vec3};
 use crate::bvh::precise::HUGE;
 use crate::sampler::draws::PathNumbers;
 use crate::sampler::pixel_address;
-use crate::settings::DEPTH_GUARD;
+use crate::settings::{DEPTH_GUARD, LEAST_ALBEDO, Roulette};
 use crate::setup::Setup;
 use crate::strategy::{Row, Weight};
 use crate::tables::PreparedScene;
-use crate::tables::materials::MaterialRecord;
+use crate::tables::materials::{MaterialKind, MaterialRecord};
 use crate::tables::textures::NO_TEXTURE;
 
 /// What one path came to.
@@ -94,6 +95,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
     // generate_camera_rays
     let mut ray = camera_ray(&setup.camera, x, y, &numbers.camera());
     let mut previous = Previous::Certain;
+    // Product of the albedos so far over what roulette has let through.
+    let mut albedos: Real = 1.0;
 
     loop {
         // intersect_closest
@@ -145,6 +148,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         let incoming = bsdf::orient(kind, &mut point, ray.direction);
         let mirrors = (!kind.row().pdf_is_cosine).then_some(ray.direction);
         let place = place(&setup.lights, point.origin, point.normal, mirrors);
+        let guide = setup.guide.as_ref().filter(|_| kind == MaterialKind::Diffuse);
+        let guide = guide.map(|guide| GuidePlace::find(guide, point.origin, point.normal));
         let event = path.depth;
         result.guarded = event + 1 == DEPTH_GUARD;
 
@@ -166,6 +171,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             }
             if let Some(light) = light {
                 let (f_cosine, pdf_bsdf) = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
+                let pdf_bsdf = guide.map_or(pdf_bsdf, |guide| guide.pdf_dir(light.direction, pdf_bsdf));
                 let weight = mis::weigh(strategy.light_sample, light.pdf_dir, pdf_bsdf);
                 let gain = path.beta * f_cosine * light.radiance * (weight / light.pdf_dir);
                 // intersect_shadow
@@ -192,17 +198,20 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         let u = draws.direction.map(|u| u as Real);
         let bounce = if strategy.uniform_directions && !kind.is_delta() {
             Some(bsdf::sample_uniformly(material, point.normal, ray.direction, u))
+        } else if let Some(guide) = guide {
+            guide.sample(material, point.normal, u, draws.lobe as Real)
         } else {
             bsdf::sample(material, point.normal, incoming, point.front, u, draws.lobe as Real)
         };
         let Some(bounce) = bounce else {
-            observer.note(&path, Event::End("the direction drawn carries nothing"));
+            observer.note(&path, Event::Lost(guide, "the direction drawn carries nothing"));
             break;
         };
         let Some(direction) = point.to_consistent_hemisphere(bounce.direction, bounce.delta) else {
-            observer.note(&path, Event::End("the direction drawn leads below the surface"));
+            observer.note(&path, Event::Lost(guide, "the direction drawn leads below the surface"));
             break;
         };
+        let arriving = path.beta;
         path.beta *= bounce.weight;
         previous = match () {
             _ if bounce.delta => Previous::Certain,
@@ -212,8 +221,8 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
                 Previous::Drawn { pdf_dir: bounce.pdf_dir, cosine, normal, row: place.row }
             }
         };
-        let BsdfSample { weight, pdf_dir, delta, .. } = bounce;
-        let drawn = Bounce { direction, weight, pdf_dir, delta };
+        let BsdfSample { weight, pdf_dir, cosine, delta, .. } = bounce;
+        let drawn = Bounce { direction, weight, pdf_dir, cosine, delta, place: guide };
         observer.note(&path, Event::Bounce(kind.name(), &hit, point.position, drawn));
         path.depth += 1;
 
@@ -226,10 +235,23 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         // Russian roulette
         // A throughput below the normal numbers is as good as none; left alone it would not even shrink: three quarters
         // of the smallest number round to the smallest number, and a path without roulette would run to the guard.
-        let survival = max_element(path.beta);
+        let mut survival = max_element(path.beta);
         if !(survival >= Real::MIN_POSITIVE) {
             observer.note(&path, Event::End("the throughput is 0"));
             break;
+        }
+        if setup.roulette != Roulette::Throughput {
+            let least = LEAST_ALBEDO as Real;
+            albedos *= bounce.albedo;
+            albedos = if albedos > least { albedos } else { least };
+            // What the path is expected to bring, over what its pixel is expected to show.
+            let expected = match (guide, &setup.guide) {
+                (Some(guide), Some(tables)) if setup.roulette == Roulette::Learned => {
+                    guide.expected(arriving * vec3(material.color), tables.pixels.inverse(pixel) as Real)
+                }
+                _ => 0.0,
+            };
+            survival = if albedos > expected { albedos } else { expected };
         }
         if path.depth >= setup.rr_depth {
             let survival = if survival < 1.0 { survival } else { 1.0 };
@@ -238,6 +260,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
                 break;
             }
             path.beta *= 1.0 / survival;
+            albedos /= survival;
             observer.note(&path, Event::Survival(&hit, point.position, survival));
         }
         let through = direction.dot(point.geometric_normal) < 0.0;
@@ -277,10 +300,4 @@ fn emission_can_count(setup: &Setup, previous: Previous) -> bool {
         Previous::Drawn { .. } => strategy.hit != Weight::Zero,
     };
     counts && !setup.lights.is_empty()
-}
-
-/// The largest component, by the crate's definition of the maximum.
-fn max_element(v: Vec3) -> Real {
-    let xy = if v.x > v.y { v.x } else { v.y };
-    if xy > v.z { xy } else { v.z }
 }

@@ -1,29 +1,88 @@
-//! What a training render writes down of its light samples: an observer of its paths.
+//! What a training render writes down of its light samples and directions: an observer of its paths.
 
+use super::guide::{bin, luminance};
 use super::lights::choose::{Light, choose};
 use super::lights::factors::factors;
 use super::lights::tree::{Receiver, importance, shares};
 use super::observer::{Choice, Event, Observer, Path};
 use super::{Real, Vec3};
+use crate::learn::guide::records::Step;
+use crate::learn::guide::steps::StepRecords;
 use crate::learn::records::{CAP, Lesson, LightRecords, PLAIN_UNIT, SQUARE_UNIT, Visit};
+use crate::setup::Setup;
+use crate::tables::guide::SIDE;
 use crate::tables::lights::learned::NO_SLOT;
 use crate::tables::lights::table::Selection;
 use crate::tables::lights::tree::LEAF;
 
-/// Writes light samples down.
+/// Writes down what is asked for.
 pub struct Recorder<'a> {
-    /// Where to.
-    pub records: &'a mut LightRecords,
+    /// The render.
+    pub setup: &'a Setup<'a>,
+    /// Where light samples go to.
+    pub lights: Option<&'a mut LightRecords>,
+    /// Where directions go to.
+    pub steps: Option<&'a mut StepRecords>,
+    /// The direction drawn last, until the path has gone on in it.
+    pub step: Option<Step>,
+}
+
+impl Recorder<'_> {
+    /// Tells that the path it was told of, of the pixel with this address, has ended.
+    pub fn end_path(&mut self, pixel: u32, radiance: Vec3) {
+        if let (Some(steps), Some(guide)) = (&mut self.steps, &self.setup.guide) {
+            steps.end_paths(guide, std::iter::once((pixel, narrow(radiance))));
+        }
+        self.step = None;
+    }
+
+    fn note_light(&mut self, choice: &Choice, gain: Real, free: bool) {
+        if let Some(lights) = &mut self.lights {
+            lights.note(&lesson(choice, gain), free);
+        }
+    }
+}
+
+fn narrow(v: Vec3) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
 }
 
 impl Observer for Recorder<'_> {
-    fn note(&mut self, _: &Path, event: Event) {
+    fn note(&mut self, path: &Path, event: Event) {
+        // What is found after the last event is too little to learn from.
+        let last = path.depth + 1 == self.setup.max_depth;
         match event {
-            Event::LightIdle(choice, _) => self.records.note(&lesson(&choice, 0.0), false),
+            Event::LightIdle(choice, _) => self.note_light(&choice, 0.0, false),
             Event::Light { choice, light, f_cosine, weight, blocked, .. } => {
                 // Without the path's throughput: what the place makes of the light, however the path got there.
                 let gain: Vec3 = f_cosine * light.radiance * (weight / light.pdf_dir);
-                self.records.note(&lesson(&choice, gain.x + gain.y + gain.z), !blocked);
+                self.note_light(&choice, gain.x + gain.y + gain.z, !blocked);
+            }
+            Event::Lost(Some(place), _) if !last => {
+                if let Some(steps) = &mut self.steps {
+                    steps.records.note_lost(place.leaf);
+                }
+            }
+            Event::Bounce(_, _, _, bounce) if !last && self.steps.is_some() => {
+                self.step = bounce.place.map(|place| {
+                    let ([column, row], _) = bin(bounce.direction);
+                    Step {
+                        path: 0,
+                        leaf: place.leaf,
+                        bin: (row * SIDE + column) as u32,
+                        cosine: bounce.cosine as f32,
+                        pdf_dir: bounce.pdf_dir as f32,
+                        pdf_guide: place.guide_pdf_dir(bounce.direction) as f32,
+                        throughput: 0.0,
+                        before: 0.0,
+                    }
+                });
+            }
+            Event::Ray(_) => {
+                if let (Some(steps), Some(step)) = (&mut self.steps, self.step.take()) {
+                    steps.push(Step { throughput: luminance(path.beta) as f32, ..step });
+                    steps.set_out(|_| narrow(path.radiance.value()));
+                }
             }
             _ => {}
         }

@@ -8,9 +8,10 @@ use frame::Frame;
 use crate::camera;
 use crate::camera::Camera;
 use crate::learn::outcome::Learning;
-use crate::settings::{DEPTH_GUARD, Sampler, Settings};
+use crate::settings::{DEPTH_GUARD, Roulette, Sampler, Settings};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
+use crate::tables::guide::Guide;
 use crate::tables::lights::table::LightTable;
 
 /// One render, resolved: no option left open.
@@ -27,6 +28,10 @@ pub struct Setup<'a> {
     pub max_depth: u32,
     /// First depth at which roulette may end a path; `u32::MAX`: never.
     pub rr_depth: u32,
+    /// What roulette goes by.
+    pub roulette: Roulette,
+    /// What was learned of the directions light comes from; only where directions are guided or roulette goes by it.
+    pub guide: Option<Guide>,
     /// Where sample numbers come from.
     pub sampler: Sampler,
     /// Seed of all random numbers.
@@ -53,6 +58,9 @@ impl<'a> Setup<'a> {
             strategy: settings.strategy,
             max_depth: settings.max_depth.unwrap_or(DEPTH_GUARD).min(DEPTH_GUARD),
             rr_depth: settings.rr_depth.unwrap_or(u32::MAX),
+            // There is nothing yet that was learned.
+            roulette: if settings.roulette == Roulette::Albedo { Roulette::Albedo } else { Roulette::Throughput },
+            guide: None,
             sampler: settings.sampler,
             seed: settings.seed,
             frame,

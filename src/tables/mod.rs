@@ -9,6 +9,7 @@ pub mod corners;
 mod duplicates;
 pub mod emitter_facing;
 pub mod features;
+pub mod guide;
 pub mod lights;
 pub mod margins;
 pub mod materials;

@@ -9,6 +9,7 @@ mod camera_extremes;
 mod cutouts;
 mod environment;
 mod golden;
+mod guide;
 mod learned;
 mod light_tree;
 mod paths;

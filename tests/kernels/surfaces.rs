@@ -123,7 +123,7 @@ fn check_specular<S: Specular>(name: &str, scatterings: &[Scattering], scatter: 
     let lanes = |v: [F32x8; 9]| {
         let material = S::load(&materials, U32x8::from_f32(v[0]));
         let front: Mask8 = v[7].gt(F32x8::splat(0.5));
-        let (direction, weight) = material.sample(lanes3(&v[4..7]), lanes3(&v[1..4]), front, v[8]);
+        let (direction, weight, _) = material.sample(lanes3(&v[4..7]), lanes3(&v[1..4]), front, v[8]);
         let ([a, b, c], [d, e, f]) = (columns(direction), columns(weight));
         [a, b, c, d, e, f]
     };

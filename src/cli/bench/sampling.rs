@@ -3,7 +3,7 @@
 use crate::cli::bench::measure::{Case, Row};
 use crate::clock::thread_cpu_seconds;
 use crate::lanes::{LANES, U32x8};
-use crate::packet::queues::Slots;
+use crate::packet::queues::{QueueNeeds, Slots};
 use crate::render::fill_slots;
 use crate::sampler::{ALL_WORDS, bsdf_block, sample_words, sample_words_x8};
 use crate::settings::{Crop, Engine, Sampler};
@@ -65,7 +65,7 @@ pub fn cases<'a>(seed: u32, faults: &mut Vec<String>) -> Vec<Case<'a>> {
 
 /// The first 64 samples of 32 x 32 pixels, in the order of a tile.
 fn addresses() -> Slots {
-    let mut slots = Slots::new(ADDRESSES);
+    let mut slots = Slots::new(ADDRESSES, QueueNeeds::default());
     fill_slots(&mut slots, &mut Vec::new(), Crop { x: 0, y: 0, width: 32, height: 32 }, 0, 64);
     slots
 }

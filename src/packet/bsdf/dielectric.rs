@@ -32,7 +32,7 @@ impl Specular for Dielectric {
     }
 
     #[inline(always)]
-    fn sample(&self, incoming: Vec3x8, normal: Vec3x8, front: Mask8, lobe: F32x8) -> (Vec3x8, Vec3x8) {
+    fn sample(&self, incoming: Vec3x8, normal: Vec3x8, front: Mask8, lobe: F32x8) -> (Vec3x8, Vec3x8, F32x8) {
         let one = F32x8::ONE;
         let eta = front.select(self.0.ior, one / self.0.ior);
         let cosine = -incoming.dot(normal);
@@ -42,6 +42,8 @@ impl Specular for Dielectric {
         let refracted = incoming.scale(scale) + normal.scale(cosine * scale - cosine_t);
         // Radiance is divided by the square of the relative index: it comes from another solid angle.
         let weight = reflects.select_vec3(Vec3x8::splat([1.0; 3]), self.0.color.scale(scale * scale));
-        (reflects.select_vec3(reflect(incoming, normal), refracted), weight)
+        // Not of the weight: what entering takes, leaving gives back.
+        let albedo = reflects.select(one, self.0.color.max_element());
+        (reflects.select_vec3(reflect(incoming, normal), refracted), weight, albedo)
     }
 }

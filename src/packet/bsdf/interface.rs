@@ -53,7 +53,7 @@ pub trait Specular: Sized {
     fn load(materials: &[MaterialRecord], material: U32x8) -> Self;
     /// Makes points on smooth surfaces and rays in directions `direction` fit each other; the directions to go by.
     fn orient(points: &mut SurfacePoints, direction: Vec3x8) -> Vec3x8;
-    /// World directions to go on in, one for each of `incoming`, and their weights. `front`: lanes that hit fronts; `lobe`
-    /// chooses where there are two.
-    fn sample(&self, incoming: Vec3x8, normal: Vec3x8, front: Mask8, lobe: F32x8) -> (Vec3x8, Vec3x8);
+    /// World directions to go on in, one for each of `incoming`, their weights, and the largest components of the albedos.
+    /// `front`: lanes that hit fronts; `lobe` chooses where there are two.
+    fn sample(&self, incoming: Vec3x8, normal: Vec3x8, front: Mask8, lobe: F32x8) -> (Vec3x8, Vec3x8, F32x8);
 }

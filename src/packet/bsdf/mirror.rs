@@ -31,8 +31,8 @@ impl Specular for Mirror {
     }
 
     #[inline(always)]
-    fn sample(&self, incoming: Vec3x8, normal: Vec3x8, _: Mask8, _: F32x8) -> (Vec3x8, Vec3x8) {
-        (reflect(incoming, normal), self.0)
+    fn sample(&self, incoming: Vec3x8, normal: Vec3x8, _: Mask8, _: F32x8) -> (Vec3x8, Vec3x8, F32x8) {
+        (reflect(incoming, normal), self.0, self.0.max_element())
     }
 }
 

@@ -14,6 +14,7 @@ use crate::packet::queues::{PathQueue, ShadowQueue, Slots, SurfaceQueue, append_
 use crate::packet::surface::{Found, SurfacePoints, surface_points_on};
 use crate::sampler::draws::PathNumbers8;
 use crate::sampler::{ALL_WORDS, LIGHT_WORDS};
+use crate::settings::LEAST_ALBEDO;
 use crate::strategy::Weight;
 
 /// Eight hits with all that shading reads.
@@ -154,19 +155,38 @@ pub(super) struct Bounce {
     pub flags: U32x8,
 }
 
-/// Plays roulette after the event of this round and puts the survivors into the next queue.
+/// Plays roulette after the event of this round and puts the survivors into the next queue; who survives, and throughputs.
+/// `worth`: where roulette goes by albedos, the largest components of these, and what is expected of the paths at least.
 #[inline(always)]
-pub(super) fn go_on(context: &StageContext, hits: &Hits, bounce: &Bounce, roulette: F32x8, next: &mut PathQueue) {
+pub(super) fn go_on(
+    context: &StageContext,
+    hits: &Hits,
+    bounce: &Bounce,
+    roulette: F32x8,
+    next: &mut PathQueue,
+    slots: &mut Slots,
+    worth: impl FnOnce(&Slots) -> (F32x8, F32x8),
+) -> (Mask8, Vec3x8) {
     let needs = &context.decisions.needs;
-    let survival = bounce.beta.max_element();
+    let mut survival = bounce.beta.max_element();
     // Below the normal numbers a throughput is as good as none, and would no longer shrink.
     let mut alive = bounce.active & survival.ge(F32x8::splat(f32::MIN_POSITIVE));
     let mut beta = bounce.beta;
+    let mut albedos = F32x8::ONE;
+    if needs.albedo {
+        let (albedo, expected) = worth(slots);
+        albedos = (F32x8::gather(&slots.albedo, hits.slot) * albedo).max(F32x8::splat(LEAST_ALBEDO));
+        survival = albedos.max(expected);
+    }
     if context.depth + 1 >= context.setup.rr_depth {
         let survival = survival.min(F32x8::ONE);
         alive = alive & roulette.lt(survival);
         let gain = if planted(Fault::BiasedRoulette) { F32x8::splat(0.99) } else { F32x8::ONE };
         beta = beta.scale(gain / survival);
+        albedos = albedos / survival;
+    }
+    if needs.albedo {
+        slots.set_albedo(hits.slot, albedos, alive.bits());
     }
     let (bits, at) = (alive.bits(), next.len);
     append_rays(&mut next.rays, at, bounce.origin, bounce.direction, bits);
@@ -185,4 +205,5 @@ pub(super) fn go_on(context: &StageContext, hits: &Hits, bounce: &Bounce, roulet
     }
     (hits.slot | bounce.flags).compress(bits).store(&mut next.slot, at);
     next.len += bits.count_ones() as usize;
+    (alive, beta)
 }

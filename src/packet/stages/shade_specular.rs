@@ -26,7 +26,7 @@ pub fn shade_specular<S: Specular, const DETAIL: bool>(
         let incoming = if DETAIL { S::orient(&mut hits.points, hits.direction) } else { hits.direction };
         let draws = S::draws(&hits.numbers, context.depth);
         let points = &hits.points;
-        let (direction, weight) = material.sample(incoming, points.normal, points.front, draws.lobe);
+        let (direction, weight, albedo) = material.sample(incoming, points.normal, points.front, draws.lobe);
         let direction = if DETAIL { points.to_consistent_hemisphere(direction) } else { direction };
         let through = direction.dot(points.geometric_normal).lt(F32x8::ZERO);
         let bounce = Bounce {
@@ -38,6 +38,6 @@ pub fn shade_specular<S: Specular, const DETAIL: bool>(
             cosine: F32x8::ZERO,
             flags: U32x8::splat(COUNTS_ONE),
         };
-        go_on(context, &hits, &bounce, draws.roulette, next);
+        go_on(context, &hits, &bounce, draws.roulette, next, slots, |_| (albedo, F32x8::ZERO));
     }
 }

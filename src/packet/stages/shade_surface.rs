@@ -6,16 +6,21 @@ use crate::math::INV_2PI;
 use crate::packet::bsdf::{Bsdf, Sampled};
 use crate::packet::context::StageContext;
 use crate::packet::counters::Counters;
-use crate::packet::queues::{COUNTS_ZERO, TileState};
+use crate::packet::guide::{Going, Places, note};
+use crate::packet::queues::{COUNTS_ZERO, Slots, TileState};
 use crate::packet::records::MaterialColumns;
 use crate::packet::stages::shade_common::{Bounce, add_light_samples, draw_light, go_on, load_hits};
 use crate::packet::texture::look_up;
-use crate::packet::warp::{sample_uniform_hemisphere, to_local, to_world};
+use crate::packet::warp::{
+    cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, sample_uniform_hemisphere, to_local, to_world,
+};
+use crate::sampler::ALL_WORDS;
 use crate::strategy::TABLE;
+use crate::tables::guide::PART;
 
 /// Hits on surfaces of the kind `B`, for the strategy with number `STRATEGY`. `DETAIL`: some surface of the scene is smooth or
-/// textured.
-pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool>(
+/// textured. `LEARNED`: the kind is diffuse, and its directions are guided, or roulette goes by what was learned of them.
+pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool, const LEARNED: bool>(
     context: &StageContext,
     state: &mut TileState,
     _: &mut Counters,
@@ -23,7 +28,7 @@ pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool>(
     let strategy = const { &TABLE[STRATEGY] };
     let StageContext { setup, decisions, .. } = context;
     let scene = setup.scene;
-    let TileState { surfaces, next, shadow, slots, records, .. } = state;
+    let TileState { surfaces, next, shadow, slots, records, steps, .. } = state;
     let (queue, last) = (&surfaces[B::KIND], context.is_last_event());
     for first in (0..queue.len).step_by(LANES) {
         let mut hits = load_hits::<DETAIL>(context, queue, slots, first);
@@ -38,14 +43,59 @@ pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool>(
         }
         let normal = hits.points.normal;
         let wo = to_local(-hits.direction, normal);
+        let places = setup.guide.as_ref().filter(|_| LEARNED);
+        let places = places.map(|guide| Places::find(guide, hits.points.origin, normal));
         let mut light_chosen = Mask8::NONE;
         if strategy.strategy.samples_lights() && decisions.needs.shadow {
             let direct = draw_light::<DETAIL>(context, strategy.coin, &hits);
             light_chosen = direct.chosen;
-            let scattered = bsdf.evaluate(wo, to_local(direct.light.direction, normal));
+            let mut scattered = bsdf.evaluate(wo, to_local(direct.light.direction, normal));
+            if let Some(places) = &places {
+                scattered.pdf_dir = places.pdf_dir(direct.light.direction, scattered.pdf_dir, false).0;
+            }
             add_light_samples(context, strategy.light_sample, &hits, &direct, &scattered, shadow, records);
         }
         if last && !decisions.last_drawn_counts {
+            continue;
+        }
+        if let Some(places) = &places {
+            let draws = hits.numbers.bsdf::<ALL_WORDS>(context.depth);
+            let mut direction = to_world(sample_cosine_hemisphere(draws.direction), normal);
+            let by_guide = places.guided & draws.lobe.lt(F32x8::splat(PART));
+            if by_guide.any() {
+                direction = by_guide.select_vec3(places.sample(by_guide, draws.direction), direction);
+            }
+            let cosine = normal.dot(direction);
+            let mut above = hits.active & cosine.gt(F32x8::ZERO);
+            if DETAIL {
+                above = above & hits.points.in_consistent_hemisphere(direction);
+            }
+            let pdf_cosine = cosine_hemisphere_pdf_dir(cosine);
+            let (pdf_dir, pdf_guide) = places.pdf_dir(direction, pdf_cosine, steps.is_some());
+            let color = *bsdf.color();
+            let bounce = Bounce {
+                active: if last { above.and_not(light_chosen) } else { above },
+                origin: hits.points.origin,
+                direction,
+                beta: hits.beta * color.scale(pdf_cosine / pdf_dir),
+                pdf_dir,
+                cosine,
+                flags: light_chosen.select_u32(U32x8::splat(COUNTS_ZERO), U32x8::ZERO),
+            };
+            let worth = |slots: &Slots| match decisions.needs.inverse_pixel {
+                true => {
+                    let inverse = F32x8::gather(&slots.inverse_pixel, hits.slot);
+                    (color.max_element(), places.expected(hits.beta * color, inverse))
+                }
+                false => (color.max_element(), F32x8::ZERO),
+            };
+            let (alive, throughput) = go_on(context, &hits, &bounce, draws.roulette, next, slots, worth);
+            if let (Some(steps), false) = (&mut *steps, last) {
+                let (drawn, slot) = (hits.active, hits.slot);
+                let going =
+                    Going { places, drawn, above, alive, slot, direction, cosine, pdf_dir, pdf_guide, throughput };
+                note(&going, steps);
+            }
             continue;
         }
         let draws = B::draws(&hits.numbers, context.depth);
@@ -70,6 +120,6 @@ pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool>(
             cosine: wi.z,
             flags: light_chosen.select_u32(U32x8::splat(COUNTS_ZERO), U32x8::ZERO),
         };
-        go_on(context, &hits, &bounce, draws.roulette, next);
+        go_on(context, &hits, &bounce, draws.roulette, next, slots, |_| (weight.max_element(), F32x8::ZERO));
     }
 }

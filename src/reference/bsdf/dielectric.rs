@@ -2,7 +2,7 @@
 
 use super::microfacet::fresnel_dielectric;
 use super::mirror::reflect;
-use super::sample::{BsdfSample, only};
+use super::sample::{BsdfSample, max_element, only};
 use super::{Real, Vec3, vec3};
 use crate::fault::{Fault, planted};
 use crate::tables::materials::MaterialRecord;
@@ -19,5 +19,7 @@ pub fn sample(material: &MaterialRecord, n: Vec3, incoming: Vec3, front: bool, u
     }
     let scale = 1.0 / eta;
     let direction = incoming * scale + n * (cosine * scale - cosine_t);
-    only(direction, vec3(material.color) * (scale * scale))
+    // Of the weight, what entering takes, leaving gives back.
+    let albedo = max_element(vec3(material.color));
+    BsdfSample { albedo, ..only(direction, vec3(material.color) * (scale * scale)) }
 }

@@ -1,0 +1,173 @@
+//! What the paths of a training render have found after each bounce at a diffuse surface: integers, so that adding them up in
+//! any order gives the same bits.
+
+use crate::math::{INV_PI, min};
+use crate::tables::guide::{BINS, Guide, LUMINANCE, PART};
+
+/// What sums of radiance are in: 2^-36 of the scene's unit. Sums stop at their largest number, which no order of adding changes.
+pub const UNIT: f32 = 68_719_476_736.0;
+/// What sums of squares of ratios are in.
+const SQUARE_UNIT: f32 = 65_536.0;
+/// Most that the square of what a path gains counts, over that of its leaf's mean.
+const MOST_OF_LEAF: f32 = 1_048_576.0;
+/// Most that the square of what a path gains counts, over that of what its pixel shows: fireflies must not decide alone.
+const MOST_OF_PIXEL: f32 = 400.0;
+
+/// The luminance of a radiance.
+#[inline(always)]
+pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    r * LUMINANCE[0] + g * LUMINANCE[1] + b * LUMINANCE[2]
+}
+
+/// A direction that a path has gone on in from a diffuse surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Step {
+    /// The path, as the engine counts them.
+    pub path: u32,
+    /// The leaf of the surface.
+    pub leaf: u32,
+    /// The bin of the direction.
+    pub bin: u32,
+    /// The cosine between direction and normal.
+    pub cosine: f32,
+    /// The density with which the direction was drawn, per steradian.
+    pub pdf_dir: f32,
+    /// What the guide's own density of it was.
+    pub pdf_guide: f32,
+    /// The luminance of the throughput, roulette included.
+    pub throughput: f32,
+    /// The luminance that the path had gathered when it set out.
+    pub before: f32,
+}
+
+/// Sums of one leaf.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leaf {
+    /// Directions drawn.
+    pub count: u64,
+    /// Radiance found times cosine over density, in 1 / [`UNIT`].
+    pub irradiance: u64,
+    /// Squares of what directions drawn by the cosine would have brought, over that of the mean.
+    pub plain: u64,
+    /// The same of directions drawn from the mixture.
+    pub mixed: u64,
+    /// As `irradiance`, by bin.
+    pub bins: [u64; BINS],
+}
+
+impl Leaf {
+    /// Nothing yet.
+    pub const EMPTY: Leaf = Leaf { count: 0, irradiance: 0, plain: 0, mixed: 0, bins: [0; BINS] };
+
+    /// What half of its places have seen, as far as is known.
+    pub fn halve(&mut self) {
+        let Leaf { count, irradiance, plain, mixed, bins } = self;
+        [count, irradiance, plain, mixed].into_iter().chain(bins).for_each(|sum| *sum /= 2);
+    }
+
+    fn add(&mut self, other: &Leaf) {
+        self.count += other.count;
+        self.irradiance = self.irradiance.saturating_add(other.irradiance);
+        self.plain = self.plain.saturating_add(other.plain);
+        self.mixed = self.mixed.saturating_add(other.mixed);
+        for (mine, theirs) in self.bins.iter_mut().zip(&other.bins) {
+            *mine = mine.saturating_add(*theirs);
+        }
+    }
+}
+
+/// What guiding would save, over all paths: squares of what they bring over what their pixels show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Savings {
+    /// What bounces bring if drawn by the cosine.
+    pub plain: u64,
+    /// What they bring if drawn from the mixture.
+    pub mixed: u64,
+    /// How far paths are off what their pixels show.
+    pub spread: u64,
+}
+
+/// All records, of one thread or of all.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GuideRecords {
+    /// By leaf.
+    pub leaves: Vec<Leaf>,
+    /// By pixel of the pilot's grid, the sum of the paths' luminances, in 1 / [`UNIT`].
+    pub image: Vec<u64>,
+    /// For the forecast.
+    pub savings: Savings,
+}
+
+/// `value` in `unit`, cut to an integer; 0 unless it is a finite number above 0.
+fn fixed(value: f32, unit: f32) -> u64 {
+    if value < f32::INFINITY { (value * unit) as u64 } else { 0 }
+}
+
+impl GuideRecords {
+    /// No records yet, for so many leaves and pixels.
+    pub fn new(leaves: usize, pixels: usize) -> GuideRecords {
+        GuideRecords { leaves: vec![Leaf::EMPTY; leaves], image: vec![0; pixels], savings: Savings::default() }
+    }
+
+    /// Notes a direction in leaf `leaf` that leads below the surface.
+    pub fn note_lost(&mut self, leaf: u32) {
+        self.leaves[leaf as usize].count += 1;
+    }
+
+    /// Notes a step of a path whose luminance was `after` in the end and whose pixel shows one over `inverse`.
+    pub fn note(&mut self, guide: &Guide, step: &Step, after: f32, inverse: f32) {
+        let leaf = &mut self.leaves[step.leaf as usize];
+        leaf.count += 1;
+        let gain = after - step.before;
+        let found = gain / step.throughput;
+        let value = found * step.cosine / step.pdf_dir;
+        let units = fixed(value, UNIT);
+        if units == 0 {
+            return;
+        }
+        leaf.irradiance = leaf.irradiance.saturating_add(units);
+        let bin = &mut leaf.bins[step.bin as usize];
+        *bin = bin.saturating_add(units);
+        let pdf_cosine = step.cosine * INV_PI;
+        let better = pdf_cosine / (PART * step.pdf_guide + (1.0 - PART) * pdf_cosine);
+        let mean = guide.reflected[step.leaf as usize];
+        if mean > 0.0 {
+            let ratio = found / mean;
+            let square = min(ratio * ratio, MOST_OF_LEAF) * pdf_cosine / step.pdf_dir;
+            leaf.plain = leaf.plain.saturating_add(fixed(square, SQUARE_UNIT));
+            leaf.mixed = leaf.mixed.saturating_add(fixed(square * better, SQUARE_UNIT));
+        }
+        let part = gain * inverse;
+        let square = min(part * part, MOST_OF_PIXEL) * step.pdf_dir / pdf_cosine;
+        self.savings.plain = self.savings.plain.saturating_add(fixed(square, SQUARE_UNIT));
+        self.savings.mixed = self.savings.mixed.saturating_add(fixed(square * better, SQUARE_UNIT));
+    }
+
+    /// Notes a path of grid pixel `pixel` whose luminance was `after` in the end; `inverse`: as above.
+    pub fn note_path(&mut self, pixel: usize, after: f32, inverse: f32) {
+        let sum = &mut self.image[pixel];
+        *sum = sum.saturating_add(fixed(after, UNIT));
+        if inverse > 0.0 {
+            let off = after * inverse - 1.0;
+            let spread = fixed(min(off * off, MOST_OF_PIXEL), SQUARE_UNIT);
+            self.savings.spread = self.savings.spread.saturating_add(spread);
+        }
+    }
+
+    /// Adds all of `other`, and leaves it empty.
+    pub fn take(&mut self, other: &mut GuideRecords) {
+        for (mine, theirs) in self.leaves.iter_mut().zip(&mut other.leaves).filter(|(_, theirs)| theirs.count > 0) {
+            mine.add(theirs);
+            *theirs = Leaf::EMPTY;
+        }
+        for (mine, theirs) in self.image.iter_mut().zip(&mut other.image) {
+            *mine = mine.saturating_add(*theirs);
+            *theirs = 0;
+        }
+        let theirs = std::mem::take(&mut other.savings);
+        let mine = &mut self.savings;
+        mine.plain = mine.plain.saturating_add(theirs.plain);
+        mine.mixed = mine.mixed.saturating_add(theirs.mixed);
+        mine.spread = mine.spread.saturating_add(theirs.spread);
+    }
+}
