@@ -55,8 +55,10 @@ named_choice! {
 named_choice! {
     /// What Russian roulette goes by.
     Roulette, "roulette", {
-        /// The largest component of the throughput; where directions are guided, that of the albedos, since roulette would
-        /// else end the paths that guiding has found. The default.
+        /// What is learned, where directions are guided, since roulette would else end the paths that guiding has found; else
+        /// the throughput. The default.
+        Auto = "auto",
+        /// The largest component of the throughput.
         Throughput = "throughput",
         /// The product of the largest components of the albedos.
         Albedo = "albedo",
@@ -73,7 +75,7 @@ pub enum Train {
     Auto,
     /// Nothing is learned.
     Off,
-    /// About so many paths; where directions are learned and used, four times as many.
+    /// About so many paths; where directions are learned and used, four times as many, eight times for large films.
     Paths(u32),
 }
 
@@ -177,7 +179,7 @@ impl Default for Settings {
             strategy: Strategy::MisPower,
             lights: Lights::Tree,
             guide: Guide::Off,
-            roulette: Roulette::Throughput,
+            roulette: Roulette::Auto,
             train: Train::Auto,
             sampler: Sampler::Sobol,
             max_depth: None,

@@ -49,8 +49,9 @@ pub struct GuideLearning {
     pub guides: bool,
     /// Why, or why not.
     pub why: String,
-    /// What guiding is foreseen to save, over the variance of paths about what their pixels show.
-    pub forecast: Option<f64>,
+    /// Second moment of what paths bring after their bounces at diffuse surfaces, over what their pixels show; `null`: nothing was
+    /// recorded.
+    pub indirect: Option<f64>,
     /// Leaves of the trees over cells.
     pub leaves: usize,
     /// Those of them where directions are guided.
@@ -62,6 +63,6 @@ pub struct GuideLearning {
 impl GuideLearning {
     /// Nothing was tried.
     pub fn none(why: &str) -> GuideLearning {
-        GuideLearning { used: false, guides: false, why: why.into(), forecast: None, leaves: 0, guided: 0, bytes: 0 }
+        GuideLearning { used: false, guides: false, why: why.into(), indirect: None, leaves: 0, guided: 0, bytes: 0 }
     }
 }

@@ -3,7 +3,8 @@
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::learn::guide::records::Step;
 use crate::learn::guide::steps::StepRecords;
-use crate::tables::guide::{CELL_BITS, CODES, DENSITY, GUIDED, Guide, LUMINANCE, Lobes, PART, PLACES, SIDE, WHOLE};
+use crate::tables::guide::{BINS, CELL_BITS, CODES, GUIDED, Guide, KEPT, LUMINANCE, Lobes, PART, PLACES, SIDE, WHOLE};
+use wide::u16x16;
 
 /// Where eight hits look up what was learned.
 pub struct Places<'a> {
@@ -42,16 +43,8 @@ impl Places<'_> {
     #[inline(always)]
     fn guide_pdf_dir(&self, direction: Vec3x8) -> F32x8 {
         let (square, norm) = to_square(direction);
-        let [column, row] = square.map(bin).map(U32x8::to_array);
-        let leaf = self.leaf.to_array();
-        let (mut rows, mut columns) = ([0; LANES], [0; LANES]);
-        for lane in 0..LANES {
-            let lobes = &self.guide.lobes[leaf[lane] as usize];
-            rows[lane] = share(&lobes.rows, row[lane]);
-            columns[lane] = share(&lobes.columns[row[lane] as usize % SIDE], column[lane]);
-        }
-        let [rows, columns] = [rows, columns].map(|shares| U32x8::from_array(shares).to_f32());
-        rows * columns * F32x8::splat(DENSITY) / (norm * norm * norm)
+        let at = self.leaf << BINS.ilog2() | bin(square);
+        F32x8::gather(&self.guide.densities, at) / (norm * norm * norm)
     }
 
     /// Unit directions by the guide's own densities for the lanes of `lanes`; `u` places them.
@@ -82,7 +75,7 @@ impl Places<'_> {
     #[inline(always)]
     pub fn expected(&self, throughput: Vec3x8, inverse: F32x8) -> F32x8 {
         let reflected = F32x8::gather(&self.guide.reflected, self.leaf);
-        F32x8::splat(2.0) * luminances(throughput) * reflected * inverse
+        F32x8::splat(KEPT) * luminances(throughput) * reflected * inverse
     }
 }
 
@@ -155,29 +148,23 @@ fn folded([x, y]: [F32x8; 2], below: Mask8) -> [F32x8; 2] {
     [below.select((one - y.abs()).copysign(x), x), below.select((one - x.abs()).copysign(y), y)]
 }
 
-/// The column or row of bins of a coordinate.
+/// The bins of points of the square.
 #[inline(always)]
-fn bin(along: F32x8) -> U32x8 {
+fn bin(square: [F32x8; 2]) -> U32x8 {
     let last = F32x8::splat((SIDE - 1) as f32);
-    U32x8::from_f32((along * F32x8::splat(SIDE as f32)).max(F32x8::ZERO).min(last))
-}
-
-/// The share of entry `at`, in 65,536ths.
-#[inline(always)]
-fn share(starts: &[u16; SIDE], at: u32) -> u32 {
-    let at = at as usize;
-    u32::from(starts[(at + 1) % SIDE].wrapping_sub(starts[at % SIDE]))
+    // Idle lanes may hold anything.
+    let [column, row] = square.map(|at| U32x8::from_f32((at * F32x8::splat(SIDE as f32)).max(F32x8::ZERO).min(last)));
+    row << SIDE.ilog2() | column
 }
 
 /// The last entry that begins at or before `whole`; where it begins, and its share.
 #[inline(always)]
 fn find(starts: &[u16; SIDE], whole: u32) -> [u32; 3] {
-    let mut at = 0;
-    for step in [8, 4, 2, 1] {
-        let trial = (at + step) % SIDE;
-        at = if u32::from(starts[trial]) <= whole { trial } else { at };
-    }
-    [at as u32, u32::from(starts[at % SIDE]), share(starts, at as u32)]
+    // The first begins at 0: one is found at least.
+    let begun = u16x16::new(*starts).simd_le(u16x16::splat(whole as u16)).to_bitmask();
+    let at = begun.count_ones() as usize - 1;
+    let [start, end] = [starts[at % SIDE], starts[(at + 1) % SIDE]];
+    [at as u32, u32::from(start), u32::from(end.wrapping_sub(start))]
 }
 
 /// What a training render writes down of the directions that eight hits have gone on in.
@@ -213,8 +200,7 @@ pub fn note(going: &Going, steps: &mut StepRecords) {
         steps.records.note_lost(leaf[lost.trailing_zeros() as usize]);
         lost &= lost - 1;
     }
-    let [column, row] = to_square(going.direction).0.map(bin);
-    let bin = (row * U32x8::splat(SIDE as u32) + column).to_array();
+    let bin = bin(to_square(going.direction).0).to_array();
     let (path, throughput) = (going.slot.to_array(), luminances(going.throughput).to_array());
     let (cosine, pdf_dir) = (going.cosine.to_array(), going.pdf_dir.to_array());
     let pdf_guide = going.pdf_guide.to_array();

@@ -3,7 +3,7 @@
 use super::bsdf::sample::{BsdfSample, max_element};
 use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use super::{Real, Vec3, vec3};
-use crate::tables::guide::{CELL_BITS, DENSITY, GUIDED, Guide, LUMINANCE, Lobes, PART, SIDE};
+use crate::tables::guide::{CELL_BITS, DENSITY, GUIDED, Guide, KEPT, LUMINANCE, Lobes, PART, SIDE};
 use crate::tables::materials::MaterialRecord;
 
 /// Where a hit looks up what was learned.
@@ -78,10 +78,10 @@ impl<'a> GuidePlace<'a> {
         from_square([along(column, u), along(row, v)])
     }
 
-    /// What the path is expected to bring to its pixel, over what that shows, twice: what survives is to bring half as much.
+    /// [`KEPT`] times what the path is expected to bring to its pixel, over what that shows.
     /// `throughput`: times albedo; `inverse`: one over what the pixel shows.
     pub fn expected(&self, throughput: Vec3, inverse: Real) -> Real {
-        2.0 * luminance(throughput) * self.guide.reflected[self.leaf as usize] as Real * inverse
+        KEPT as Real * luminance(throughput) * self.guide.reflected[self.leaf as usize] as Real * inverse
     }
 }
 

@@ -8,7 +8,7 @@ use crate::learn::forecast::{MOST, forecast};
 use crate::learn::guide::steps::StepRecords;
 use crate::learn::guide::training::Training;
 use crate::learn::outcome::{GuideLearning, Learning};
-use crate::learn::pilot::{GUIDED_SAMPLES, LEAST_SAVED, PASSES, SCRAMBLE, grid};
+use crate::learn::pilot::{LEAST_INDIRECT, PASSES, SCRAMBLE, grid, guided_samples};
 use crate::learn::records::LightRecords;
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
@@ -114,8 +114,8 @@ struct Pilot<'s, 'a> {
     lights: Option<LightRecords>,
     /// Of directions, where they are learned.
     training: Option<Training>,
-    /// What guiding would have saved in the last pass.
-    forecast: Option<f64>,
+    /// Second moment of what the paths of the last pass have brought after their bounces, over what their pixels show.
+    indirect: f64,
     /// Samples of each pixel of the grid so far.
     done: u32,
     camera: Camera,
@@ -143,7 +143,7 @@ impl<'s, 'a> Pilot<'s, 'a> {
             grid,
             engine: settings.engine,
             threads: settings.threads,
-            forecast: None,
+            indirect: 0.0,
             done: 0,
             camera,
             seed,
@@ -180,20 +180,19 @@ impl<'s, 'a> Pilot<'s, 'a> {
 
     /// Guided paths, if directions are to be guided, or roulette goes by what was learned.
     fn second_stage(&mut self, settings: &Settings, learning: &mut Learning) {
-        let forecast = self.forecast;
-        let pays = forecast.is_some_and(|forecast| forecast >= LEAST_SAVED);
-        let (guides, used) = match (settings.guide, settings.roulette) {
-            (Guide::On, _) => (true, true),
-            (Guide::Off, _) => (false, true),
-            (Guide::Auto, _) => (pays, pays),
+        let indirect = self.indirect;
+        let guides = match settings.guide {
+            Guide::Off => false,
+            Guide::On => true,
+            Guide::Auto => self.setup.strategy.is_mis() && indirect >= LEAST_INDIRECT,
         };
+        let used = guides || settings.roulette == Roulette::Learned;
         if used {
-            self.roulette = match settings.roulette {
-                Roulette::Throughput if guides => Roulette::Albedo,
-                roulette => roulette,
-            };
+            if matches!(settings.roulette, Roulette::Auto | Roulette::Learned) {
+                self.roulette = Roulette::Learned;
+            }
             self.setup.roulette = self.roulette;
-            let end = GUIDED_SAMPLES;
+            let end = guided_samples(self.setup.frame.film);
             let mut to = self.done;
             while to < end {
                 to = (2 * to).min(end);
@@ -208,8 +207,8 @@ impl<'s, 'a> Pilot<'s, 'a> {
         learning.guide = Some(GuideLearning {
             used,
             guides,
-            why: why(settings.guide, forecast),
-            forecast,
+            why: why(settings.guide, self.setup.strategy.is_mis(), indirect),
+            indirect: Some(indirect),
             leaves: leaves.0,
             guided: if guides { leaves.1 } else { 0 },
             bytes: 0,
@@ -257,7 +256,7 @@ impl<'s, 'a> Pilot<'s, 'a> {
             learned.learn(records);
         }
         if let (Some(training), Some(guide)) = (&mut self.training, &mut self.setup.guide) {
-            self.forecast = training.forecast();
+            self.indirect = training.indirect(to);
             training.freeze(guide, to, guides);
         }
         self.done = to;
@@ -278,15 +277,17 @@ impl<'s, 'a> Pilot<'s, 'a> {
 }
 
 /// Why directions are guided, or not.
-fn why(asked: Guide, forecast: Option<f64>) -> String {
-    let foreseen = match forecast {
-        None => "too little light was met to foresee what it saves".into(),
-        Some(forecast) => format!("foreseen to save {forecast:.2} of the paths' variance, {LEAST_SAVED} pays"),
-    };
+fn why(asked: Guide, mis: bool, indirect: f64) -> String {
+    let share = format!(
+        "what paths bring after their bounces has a second moment of {indirect:.2} over what pixels show; {LEAST_INDIRECT} pays"
+    );
     match asked {
         Guide::Off => "only roulette goes by what was learned".into(),
-        Guide::On => format!("asked for; {foreseen}"),
-        Guide::Auto => foreseen,
+        Guide::On => format!("asked for; {share}"),
+        Guide::Auto if !mis => {
+            "the strategy is not one of multiple importance sampling; only roulette is learned".into()
+        }
+        Guide::Auto => share,
     }
 }
 

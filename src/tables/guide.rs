@@ -35,6 +35,9 @@ pub const DENSITY: f32 = (BINS as f64 / 4.0 / (65_536.0 * 65_536.0)) as f32;
 /// The part of the directions that is drawn from what was learned where guiding pays; the others are drawn by the cosine. (0.3
 /// to 0.7 are as good.)
 pub const PART: f32 = 0.5;
+/// Learned roulette keeps paths for certain that are expected to bring one over this of what their pixel shows. (1 is 15 % less
+/// efficient in `builtin:rooms`, 2 by 4 %; 4 is as good.)
+pub const KEPT: f32 = 3.0;
 /// Flag of [`Guide::leaves`]: directions are guided there.
 pub const GUIDED: u16 = 1 << 15;
 /// Most leaves there may be.
@@ -59,6 +62,13 @@ impl Lobes {
     pub fn uniform() -> Lobes {
         let starts: [u16; SIDE] = std::array::from_fn(|at| (at * (65_536 / SIDE)) as u16);
         Lobes { rows: starts, columns: [starts; SIDE] }
+    }
+
+    /// What [`Guide::densities`] holds of them.
+    pub fn densities(&self) -> [f32; BINS] {
+        let share = |starts: &[u16; SIDE], at: usize| f32::from(starts[(at + 1) % SIDE].wrapping_sub(starts[at]));
+        let density = |row, column| share(&self.rows, row) * share(&self.columns[row], column) * DENSITY;
+        std::array::from_fn(|bin| density(bin / SIDE, bin % SIDE))
     }
 }
 
@@ -112,6 +122,9 @@ pub struct Guide {
     pub leaves: Box<[u16; PLACES]>,
     /// Per leaf, where directions are drawn from.
     pub lobes: Vec<Lobes>,
+    /// Per leaf and bin ([`BINS`] each, `row * SIDE + column`), the density in the square that they are drawn with, per steradian
+    /// times the cube of the L1 norm: [`Lobes::densities`], since it is asked for more often than directions are drawn.
+    pub densities: Vec<f32>,
     /// Per leaf, the mean radiance that a white surface sends on of what a path finds on its way (light samples aside, by their
     /// weights); 0: not known.
     pub reflected: Vec<f32>,
@@ -129,6 +142,7 @@ impl Guide {
             scale: cells.scale * ((1 << CELL_BITS) / CELLS) as f32,
             leaves: leaves.try_into().unwrap_or_else(|_| unreachable!("as many as there are")),
             lobes: vec![Lobes::uniform(); FACES],
+            densities: Lobes::uniform().densities().repeat(FACES),
             reflected: vec![0.0; FACES],
             pixels: Pixels::unknown(grid),
         };
@@ -143,6 +157,7 @@ impl Guide {
         vec![
             ("guide leaves by place", size_of_val(&self.leaves[..])),
             ("guide lobes", size_of_val(&self.lobes[..])),
+            ("guide densities", size_of_val(&self.densities[..])),
             ("guide radiance", size_of_val(&self.reflected[..])),
             (
                 "guide pixels",

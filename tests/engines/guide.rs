@@ -210,11 +210,19 @@ fn guiding_is_off_where_it_cannot_help_or_is_not_foreseen_to() {
     assert!(why(Settings { strategy: Strategy::Uniform, ..guided(1) }).contains("uniformly"));
     assert!(why(Settings { max_depth: Some(1), ..guided(1) }).contains("one event"));
     assert!(why(Settings { max_depth: Some(0), ..guided(1) }).contains("scatters"));
-    // Direct light alone is seen to by light samples: nothing to be saved, so the picture is the one without.
-    let auto = Settings { guide: Guide::Auto, max_depth: Some(2), ..guided(16_384) };
+    // What light samples find by themselves leaves nothing to be gained, so the picture is the one without.
+    let scene = prepared("scenes/lecture_lights.toml");
+    let auto = Settings { guide: Guide::Auto, roulette: Roulette::Auto, ..guided(16_384) };
     let setup = resolve(&scene, &auto);
+    assert_eq!(setup.roulette, Roulette::Throughput);
     let learning = setup.learning.and_then(|learning| learning.guide).expect("asked for");
-    assert!(!learning.used && setup.guide.is_none() && setup.roulette == Roulette::Throughput, "{learning:?}");
+    assert!(!learning.used && setup.guide.is_none(), "{learning:?}");
     let plain = Settings { guide: Guide::Off, roulette: Roulette::Throughput, ..auto.clone() };
     assert_eq!(first_difference(&render(&scene, &auto).film, &render(&scene, &plain).film), None);
+    // Light that only bounces bring is found by guiding.
+    let scene = prepared("scenes/door_ajar.toml");
+    let setup = resolve(&scene, &auto);
+    assert_eq!(setup.roulette, Roulette::Learned);
+    let learning = setup.learning.and_then(|learning| learning.guide).expect("asked for");
+    assert!(learning.guides && learning.guided > 0 && setup.guide.is_some(), "{learning:?}");
 }

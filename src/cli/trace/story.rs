@@ -119,7 +119,7 @@ impl Story<'_> {
                 self.line(INDENT, format!("Roulette ends the path; it would have survived with probability {chance}."));
             }
             ROULETTE_SURVIVED if vertex.probability == 1.0 => {
-                self.line(INDENT, "Roulette lets it go on for certain: the throughput reaches 1.".to_owned());
+                self.line(INDENT, "Roulette lets it go on for certain.".to_owned());
             }
             ROULETTE_SURVIVED => {
                 let (chance, after) = (short(vertex.probability, 3), color(vertex.beta));

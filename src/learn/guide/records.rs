@@ -7,7 +7,7 @@ use crate::tables::guide::{BINS, Guide, LUMINANCE, PART};
 /// What sums of radiance are in: 2^-36 of the scene's unit. Sums stop at their largest number, which no order of adding changes.
 pub const UNIT: f32 = 68_719_476_736.0;
 /// What sums of squares of ratios are in.
-const SQUARE_UNIT: f32 = 65_536.0;
+pub const SQUARE_UNIT: f32 = 65_536.0;
 /// Most that the square of what a path gains counts, over that of its leaf's mean.
 const MOST_OF_LEAF: f32 = 1_048_576.0;
 /// Most that the square of what a path gains counts, over that of what its pixel shows: fireflies must not decide alone.
@@ -76,17 +76,6 @@ impl Leaf {
     }
 }
 
-/// What guiding would save, over all paths: squares of what they bring over what their pixels show.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Savings {
-    /// What bounces bring if drawn by the cosine.
-    pub plain: u64,
-    /// What they bring if drawn from the mixture.
-    pub mixed: u64,
-    /// How far paths are off what their pixels show.
-    pub spread: u64,
-}
-
 /// All records, of one thread or of all.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GuideRecords {
@@ -94,8 +83,9 @@ pub struct GuideRecords {
     pub leaves: Vec<Leaf>,
     /// By pixel of the pilot's grid, the sum of the paths' luminances, in 1 / [`UNIT`].
     pub image: Vec<u64>,
-    /// For the forecast.
-    pub savings: Savings,
+    /// Squares of what paths bring after their bounces at diffuse surfaces, over what their pixels show, as if directions had been
+    /// drawn by the cosine: what there is for guiding to make less of.
+    pub indirect: u64,
 }
 
 /// `value` in `unit`, cut to an integer; 0 unless it is a finite number above 0.
@@ -106,7 +96,7 @@ fn fixed(value: f32, unit: f32) -> u64 {
 impl GuideRecords {
     /// No records yet, for so many leaves and pixels.
     pub fn new(leaves: usize, pixels: usize) -> GuideRecords {
-        GuideRecords { leaves: vec![Leaf::EMPTY; leaves], image: vec![0; pixels], savings: Savings::default() }
+        GuideRecords { leaves: vec![Leaf::EMPTY; leaves], image: vec![0; pixels], indirect: 0 }
     }
 
     /// Notes a direction in leaf `leaf` that leads below the surface.
@@ -139,19 +129,13 @@ impl GuideRecords {
         }
         let part = gain * inverse;
         let square = min(part * part, MOST_OF_PIXEL) * step.pdf_dir / pdf_cosine;
-        self.savings.plain = self.savings.plain.saturating_add(fixed(square, SQUARE_UNIT));
-        self.savings.mixed = self.savings.mixed.saturating_add(fixed(square * better, SQUARE_UNIT));
+        self.indirect = self.indirect.saturating_add(fixed(square, SQUARE_UNIT));
     }
 
-    /// Notes a path of grid pixel `pixel` whose luminance was `after` in the end; `inverse`: as above.
-    pub fn note_path(&mut self, pixel: usize, after: f32, inverse: f32) {
+    /// Notes a path of grid pixel `pixel` whose luminance was `after` in the end.
+    pub fn note_path(&mut self, pixel: usize, after: f32) {
         let sum = &mut self.image[pixel];
         *sum = sum.saturating_add(fixed(after, UNIT));
-        if inverse > 0.0 {
-            let off = after * inverse - 1.0;
-            let spread = fixed(min(off * off, MOST_OF_PIXEL), SQUARE_UNIT);
-            self.savings.spread = self.savings.spread.saturating_add(spread);
-        }
     }
 
     /// Adds all of `other`, and leaves it empty.
@@ -164,10 +148,6 @@ impl GuideRecords {
             *mine = mine.saturating_add(*theirs);
             *theirs = 0;
         }
-        let theirs = std::mem::take(&mut other.savings);
-        let mine = &mut self.savings;
-        mine.plain = mine.plain.saturating_add(theirs.plain);
-        mine.mixed = mine.mixed.saturating_add(theirs.mixed);
-        mine.spread = mine.spread.saturating_add(theirs.spread);
+        self.indirect = self.indirect.saturating_add(std::mem::take(&mut other.indirect));
     }
 }

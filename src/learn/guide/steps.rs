@@ -41,7 +41,7 @@ impl StepRecords {
             self.records.note(guide, &step, after, pixels.inverse(pixel));
         }
         for (pixel, after) in ends {
-            self.records.note_path(pixels.index(pixel), after, pixels.inverse(pixel));
+            self.records.note_path(pixels.index(pixel), after);
         }
         self.complete = 0;
     }
