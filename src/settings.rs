@@ -42,12 +42,12 @@ named_choice! {
 named_choice! {
     /// Whether directions at diffuse surfaces are guided by what a training render has found ([`crate::learn::guide`]).
     Guide, "guide", {
-        /// They are drawn by the BSDF alone. The default.
+        /// They are drawn by the BSDF alone.
         Off = "off",
         /// Half of them are guided, at every place where the training render says that it helps.
         On = "on",
         /// The same, if the strategy is one of multiple importance sampling and the training render says that it pays for the
-        /// whole picture.
+        /// whole picture. The default.
         Auto = "auto",
     }
 }
@@ -170,6 +170,28 @@ pub const LEAST_ALBEDO: f32 = 1.0 / 16_777_216.0;
 /// `lecture_lights` and `sky`) and lose in closed ones (0.8 times on `builtin:heavy`), 4 more so than 3.
 pub const DEFAULT_RR_DEPTH: u32 = 3;
 
+impl Settings {
+    /// The defaults with nothing learned: lights by the light tree, directions by the BSDF, roulette by the throughput.
+    pub fn plain() -> Settings {
+        Settings::default().without_learning()
+    }
+
+    /// Whether anything is to be learned, unless training is switched off.
+    pub fn learns(&self) -> bool {
+        self.lights == Lights::Learned || self.guide != Guide::Off || self.roulette == Roulette::Learned
+    }
+
+    /// The same without anything learned: what would be is as in [`Settings::plain`].
+    pub fn without_learning(self) -> Settings {
+        let lights = if self.lights == Lights::Learned { Lights::Tree } else { self.lights };
+        let roulette = match self.roulette {
+            Roulette::Auto | Roulette::Learned => Roulette::Throughput,
+            roulette => roulette,
+        };
+        Settings { lights, guide: Guide::Off, roulette, ..self }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Settings {
@@ -177,8 +199,8 @@ impl Default for Settings {
             time: None,
             target_error: None,
             strategy: Strategy::MisPower,
-            lights: Lights::Tree,
-            guide: Guide::Off,
+            lights: Lights::Learned,
+            guide: Guide::Auto,
             roulette: Roulette::Auto,
             train: Train::Auto,
             sampler: Sampler::Sobol,

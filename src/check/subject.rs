@@ -11,7 +11,7 @@ use crate::film::Film;
 use crate::reference::{double, single};
 use crate::render::render;
 use crate::scene::flatten::Geometry;
-use crate::settings::{Lights, Settings};
+use crate::settings::{Lights, Settings, Train};
 use crate::setup::Setup;
 use crate::strategy::Strategy;
 use glam::DVec3;
@@ -36,6 +36,8 @@ pub const CHECKS: &[SceneCheck] = &[
 
 /// Paths are followed so far at most, where a scene asks for more.
 const DEPTH: u32 = 12;
+/// Paths of the training render, so that the engines are compared with all that is learned, too.
+const TRAINING: u32 = 4096;
 
 /// The settings of a small picture, `side` pixels long.
 fn settings(subject: &SceneSubject, side: u32, spp: u32) -> Settings {
@@ -49,6 +51,7 @@ fn settings(subject: &SceneSubject, side: u32, spp: u32) -> Settings {
         height: pixels(height),
         max_depth,
         sampler: small.sampler,
+        train: Train::Paths(TRAINING),
         spp,
         threads: 1,
         ..subject.settings.clone()

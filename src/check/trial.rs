@@ -60,7 +60,7 @@ pub fn small(side: u32, spp: u32) -> Settings {
         width: Some(side),
         height: Some(side),
         threads: 1,
-        ..Settings::default()
+        ..Settings::plain()
     }
 }
 
@@ -72,10 +72,11 @@ pub fn trace_command(scene: &str, settings: &Settings, (x, y): (u32, u32), sampl
     };
     let depth = settings.max_depth.map_or(String::new(), |depth| format!(" --max-depth {depth}"));
     let roulette = settings.rr_depth.map_or("off".to_string(), |depth| depth.to_string());
+    let train = if settings.learns() { format!(" --train {}", settings.train) } else { String::new() };
     format!(
-        "octray trace {scene} --pixel {x},{y} --sample {sample}{size} --strategy {} --lights {} --sampler {}{depth} \
-         --rr-depth {roulette} --seed {}",
-        settings.strategy, settings.lights, settings.sampler, settings.seed
+        "octray trace {scene} --pixel {x},{y} --sample {sample}{size} --strategy {} --lights {} --guide {} --roulette {}{train} \
+         --sampler {}{depth} --rr-depth {roulette} --seed {}",
+        settings.strategy, settings.lights, settings.guide, settings.roulette, settings.sampler, settings.seed
     )
 }
 

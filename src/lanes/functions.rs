@@ -1,6 +1,12 @@
-//! Sine, cosine and angles on lanes: the polynomials of [`crate::math`], same bits.
+//! Sine, cosine and angles on lanes: the polynomials of [`crate::math`], same bits. Searching a short list.
 
 use crate::lanes::types::{F32x8, U32x8};
+
+/// How many of 16 values are at most `most`.
+#[inline(always)]
+pub fn count_at_most(values: &[u16; 16], most: u16) -> u32 {
+    wide::u16x16::new(*values).simd_le(wide::u16x16::splat(most)).to_bitmask().count_ones()
+}
 
 /// (sine, cosine) of `turns` whole turns; the lanes of [`crate::math::sin_cos_turns`], same bits.
 #[inline(always)]

@@ -14,7 +14,7 @@ mod types;
 mod u32x8;
 mod vec3;
 
-pub use functions::{atan2_turns, polar_half_turns, sin_cos_turns};
+pub use functions::{atan2_turns, count_at_most, polar_half_turns, sin_cos_turns};
 pub use types::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
 /// The SIMD level this build was compiled for.

@@ -1,10 +1,9 @@
 //! Guided directions, eight hits at a time: looking up what was learned, densities, and drawing.
 
-use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8, count_at_most};
 use crate::learn::guide::records::Step;
 use crate::learn::guide::steps::StepRecords;
 use crate::tables::guide::{BINS, CELL_BITS, CODES, GUIDED, Guide, KEPT, LUMINANCE, Lobes, PART, PLACES, SIDE, WHOLE};
-use wide::u16x16;
 
 /// Where eight hits look up what was learned.
 pub struct Places<'a> {
@@ -161,8 +160,7 @@ fn bin(square: [F32x8; 2]) -> U32x8 {
 #[inline(always)]
 fn find(starts: &[u16; SIDE], whole: u32) -> [u32; 3] {
     // The first begins at 0: one is found at least.
-    let begun = u16x16::new(*starts).simd_le(u16x16::splat(whole as u16)).to_bitmask();
-    let at = begun.count_ones() as usize - 1;
+    let at = count_at_most(starts, whole as u16) as usize - 1;
     let [start, end] = [starts[at % SIDE], starts[(at + 1) % SIDE]];
     [at as u32, u32::from(start), u32::from(end.wrapping_sub(start))]
 }

@@ -2,7 +2,7 @@
 //! named text, written once. Checkpoints, references of reports and image headers take it from here.
 
 use super::frame::Frame;
-use crate::settings::{Crop, Guide, Lights, Roulette, Settings};
+use crate::settings::{Crop, Settings};
 
 /// The name and value of everything that two renders must have in common to be parts of one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,9 +13,6 @@ impl Recipe {
     pub fn new(scene: &str, settings: &Settings, frame: &Frame) -> Recipe {
         let depth = |depth: Option<u32>, none: &str| depth.map_or(none.to_string(), |depth| depth.to_string());
         // Where nothing is learned the length of the training changes no bit.
-        let learns = settings.lights == Lights::Learned
-            || settings.guide != Guide::Off
-            || settings.roulette == Roulette::Learned;
         let (width, height) = frame.film;
         let Crop { x, y, width: w, height: h } = frame.crop;
         let pairs = [
@@ -25,7 +22,7 @@ impl Recipe {
             ("lights", settings.lights.to_string()),
             ("guide", settings.guide.to_string()),
             ("roulette", settings.roulette.to_string()),
-            ("train", if learns { settings.train.to_string() } else { "nothing".into() }),
+            ("train", if settings.learns() { settings.train.to_string() } else { "nothing".into() }),
             ("sampler", settings.sampler.to_string()),
             ("seed", settings.seed.to_string()),
             ("max_depth", depth(settings.max_depth, "unbounded")),

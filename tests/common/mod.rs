@@ -28,7 +28,7 @@ pub fn prepared(path: &str) -> PreparedScene {
 
 /// Settings for a small picture.
 pub fn small(width: u32, height: u32, spp: u32) -> Settings {
-    Settings { spp, width: Some(width), height: Some(height), threads: 1, ..Settings::default() }
+    Settings { spp, width: Some(width), height: Some(height), threads: 1, ..Settings::plain() }
 }
 
 /// The first difference between two films' sums, bit for bit.

@@ -1,14 +1,14 @@
 //! Golden pictures: a change that means to change no picture changes no hash in `tests/engines/golden.txt`.
 //!
 //! Every shipped and builtin scene is rendered by every strategy, samplers taking turns with light selections: the matrix
-//! that `.ci/run` compares between engines and builds. A change that means to change pictures records the hashes anew, in a
+//! that `.ci/run` compares between engines and builds; and once with all that is learned. A change that means to change pictures records the hashes anew, in a
 //! commit of its own that says why: `OCTRAY_RECORD_GOLDEN=1 cargo test --release --test engines golden`.
 
 use crate::common;
 use std::fmt::Write;
 
 use octray::internal::fingerprint::Fingerprint;
-use octray::{Film, Lights, Sampler, Scene, Settings, Strategy, render};
+use octray::{Film, Lights, Sampler, Scene, Settings, Strategy, Train, render};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/engines/golden.txt");
 
@@ -31,11 +31,15 @@ fn pictures_have_their_golden_hashes() {
         for &strategy in Strategy::ALL {
             for (lights, sampler) in [(Lights::Tree, Sampler::Sobol), (Lights::Power, Sampler::Independent)] {
                 let (width, height) = (Some(45), Some(37));
-                let small = Settings { width, height, spp: 3, max_depth: Some(12), ..scene.settings() };
+                let small =
+                    Settings { width, height, spp: 3, max_depth: Some(12), ..scene.settings().without_learning() };
                 let film = render(&prepared, &Settings { strategy, lights, sampler, ..small }).film;
                 writeln!(lines, "{:016x} {name} {strategy} {lights} {sampler}", hash(&film)).unwrap();
             }
         }
+        let (width, height, train) = (Some(45), Some(37), Train::Paths(4096));
+        let learned = Settings { width, height, train, spp: 3, max_depth: Some(12), ..scene.settings() };
+        writeln!(lines, "{:016x} {name} all that is learned", hash(&render(&prepared, &learned).film)).unwrap();
     }
     if std::env::var_os("OCTRAY_RECORD_GOLDEN").is_some() {
         std::fs::write(FILE, &lines).unwrap();

@@ -431,7 +431,7 @@ fn flags_go_over_the_scene_and_the_scene_over_defaults() {
         let stats: serde_json::Value = serde_json::from_str(&fs::read_to_string(stats).unwrap()).unwrap();
         ["strategy", "seed", "max_depth", "rr_depth", "lights"].map(|key| stats[key].to_string()).join(" ")
     };
-    assert_eq!(settings(&[]), "\"nee\" 7 3 null \"tree\"");
+    assert_eq!(settings(&[]), "\"nee\" 7 3 null \"learned\"");
     let flags = ["--strategy", "bsdf", "--seed", "8", "--max-depth", "0", "--rr-depth", "5", "--lights", "power"];
     assert_eq!(settings(&flags), "\"bsdf\" 8 0 5 \"power\"");
 }
@@ -474,7 +474,12 @@ fn info_lists_tables_plan_and_what_is_left_out() {
     for (flags, lines) in [
         (
             &[][..],
-            ["strategy mis-power", "light selection tree (here: uniform)", "sampler sobol", "roulette from depth 3 on"],
+            [
+                "strategy mis-power",
+                "light selection learned (here: uniform)",
+                "sampler sobol",
+                "roulette from depth 3 on",
+            ],
         ),
         (
             &["--lights", "power", "--strategy", "nee-sum", "--sampler", "independent", "--rr-depth", "off"],
@@ -487,7 +492,7 @@ fn info_lists_tables_plan_and_what_is_left_out() {
         ),
         (
             &["--strategy", "bsdf", "--max-depth", "5"],
-            ["strategy bsdf", "light selection tree (not used: no light is sampled)", "max depth 5", "seed 0"],
+            ["strategy bsdf", "light selection learned (not used: no light is sampled)", "max depth 5", "seed 0"],
         ),
     ] {
         let text = stdout(&octray(&[&["info", CORNELL], flags].concat()));
@@ -552,7 +557,7 @@ fn trace_gives_the_path_as_json() {
         assert!(output.status.success(), "{}", stderr(&output));
         let path: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!((&path["agree"], &path["pixel"]), (&true.into(), &serde_json::json!([x, y])));
-        assert!(path["first_difference"].is_null() && path["light_selection"] == "tree" && path["rr_depth"] == 3);
+        assert!(path["first_difference"].is_null() && path["light_selection"] == "learned" && path["rr_depth"] == 3);
         assert_eq!(path["scalar"], path["packet"]);
         let steps = path["steps"].as_array().unwrap();
         let of = |event: &str| steps.iter().filter(|step| step["event"] == event).count();

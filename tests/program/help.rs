@@ -31,7 +31,7 @@ fn help_names_the_choices_and_defaults_that_settings_have() {
     }
     let converge = help_of("converge");
     for text in [
-        format!("or `all`: {lights} [default: the scene's, else {}]", default.lights),
+        format!("or `all`: {lights} [default: the scene's, else {}]", octray::Settings::plain().lights),
         format!("or `all`: {samplers} [default: the scene's, else {}]", default.sampler),
         format!("[default: {}] --only-light", default.engine),
     ] {

@@ -27,7 +27,7 @@ fn renders_tell_what_learning_came_to() {
     assert!(told["cpu_s"].as_f64() >= learning["cpu_seconds"].as_f64(), "training is rendering: {told}");
     let told = render(&["--lights", "learned", "--train", "off"]);
     assert_eq!((&told["learning"]["used"], &told["learning"]["grid"]), (&false.into(), &serde_json::Value::Null));
-    assert!(render(&["--lights", "tree"])["learning"].is_null());
+    assert!(render(&["--lights", "tree", "--guide", "off"])["learning"].is_null());
     for wrong in ["0", "-1", "many", ""] {
         let output = octray(&["render", GLOSSY, "-o", &image, "--train", wrong]);
         assert_eq!(output.status.code(), Some(2), "--train {wrong:?}");
@@ -50,7 +50,7 @@ fn info_lists_tables_forecast_and_why() {
     assert!(text.contains("learned\n  training render") && text.contains("used: foreseen second moment"), "{text}");
     let text = told(&["info", "scenes/cornell.toml", "--lights", "learned"]);
     assert!(text.contains("not used: there is nothing to choose from"), "{text}");
-    assert!(!told(&["info", GLOSSY]).contains("training render"));
+    assert!(!told(&["info", GLOSSY, "--lights", "tree", "--guide", "off"]).contains("training render"));
 }
 
 /// An unfinished render goes on with the tables that it began with, so it must have the same training.
@@ -60,7 +60,7 @@ fn parts_of_a_render_share_their_training() {
     use octray::internal::setup::recipe::Recipe;
     use octray::{Lights, Settings, Train};
     let recipe = |lights, train| {
-        let settings = Settings { lights, train, ..Settings::default() };
+        let settings = Settings { lights, train, ..Settings::plain() };
         Recipe::new("a scene", &settings, &Frame::new(&settings, (4, 4)).unwrap())
     };
     let learned = recipe(Lights::Learned, Train::Auto);

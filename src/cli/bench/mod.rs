@@ -57,7 +57,8 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     args.json.check()?;
     let scene = Scene::load(&args.scene)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
-    let mut settings = scene.settings();
+    // What is measured is the work of a path, not whether another would have been better.
+    let mut settings = scene.settings().without_learning();
     args.estimator.apply(&mut settings);
     let settings = Settings {
         spp: SCALAR_SPP,

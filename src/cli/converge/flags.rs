@@ -1,7 +1,7 @@
 //! The flags of `octray converge`.
 
 use crate::cli::args::{self, List, RrDepth};
-use crate::settings::{Crop, Engine, Lights, Sampler, Settings};
+use crate::settings::{Crop, Engine, Guide, Lights, Sampler, Settings, Train};
 use crate::strategy::Strategy;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -45,9 +45,16 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "N", value_parser = args::positive, allow_negative_numbers = true)]
     pub reference_spp: Option<u32>,
     #[arg(long, value_name = "L,..",
-          help = args::list_help("Light selections", Lights::ALL, &scene_else(Settings::default().lights)),
+          help = args::list_help("Light selections", Lights::ALL, &scene_else(Settings::plain().lights)),
           value_parser = |text: &str| args::list(text, Lights::ALL))]
     pub lights: Option<List<Lights>>,
+    #[arg(long, value_name = "G,..",
+          help = args::list_help("Whether directions at diffuse surfaces are guided", Guide::ALL, Guide::Off.name()),
+          value_parser = |text: &str| args::list(text, Guide::ALL))]
+    pub guide: Option<List<Guide>>,
+    #[arg(long, value_name = "PATHS|auto|off", help = args::train_help(),
+          value_parser = |text: &str| text.parse::<Train>(), allow_negative_numbers = true)]
+    pub train: Option<Train>,
     #[arg(long, value_name = "S,..",
           help = args::list_help("Samplers", Sampler::ALL, &scene_else(Settings::default().sampler)),
           value_parser = |text: &str| args::list(text, Sampler::ALL))]

@@ -27,6 +27,7 @@ pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
         height: Some(args.height),
         seed: args.seed,
         threads: args.threads.unwrap_or(0) as usize,
+        train: args.train.unwrap_or(of_scenes.train),
         ..of_scenes
     };
     let mut cases = Vec::new();
@@ -40,8 +41,11 @@ pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
     for &engine in args.engine.as_ref().map_or(&[settings.engine][..], |list| &list.0) {
         for &sampler in args.sampler.as_ref().map_or(&[settings.sampler][..], |list| &list.0) {
             for &lights in args.lights.as_ref().map_or(&[settings.lights][..], |list| &list.0) {
-                let each = args.strategies.0.iter();
-                configurations.extend(each.map(|&strategy| Configuration { strategy, lights, sampler, engine }));
+                for &guide in args.guide.as_ref().map_or(&[settings.guide][..], |list| &list.0) {
+                    let each = args.strategies.0.iter();
+                    let of = |&strategy| Configuration { strategy, lights, guide, sampler, engine };
+                    configurations.extend(each.map(of));
+                }
             }
         }
     }
@@ -87,9 +91,10 @@ const BUILTIN: &str = "builtin:";
 
 /// The settings of the scenes where all agree, else the defaults: what is compared over scenes has to be one thing.
 fn shared_settings(scenes: &[Scene]) -> Settings {
-    let all: Vec<Settings> = scenes.iter().map(Scene::settings).collect();
+    // What is compared with what is said by flags; nothing is learned but by them.
+    let all: Vec<Settings> = scenes.iter().map(|scene| scene.settings().without_learning()).collect();
     let first = all[0].clone();
-    let default = Settings::default();
+    let default = Settings::plain();
     let agree = |same: fn(&Settings, &Settings) -> bool| all.iter().all(|other| same(&first, other));
     let (lights, sampler) = (agree(|a, b| a.lights == b.lights), agree(|a, b| a.sampler == b.sampler));
     for (alike, what, taken) in
@@ -200,8 +205,8 @@ fn case(scene: &Scene, name: &str, light: String, args: &ConvergeArgs) -> Result
 pub fn reference_configuration(experiment: &Experiment) -> Configuration {
     let Settings { lights, sampler, .. } = experiment.settings;
     let lights = if lights == Lights::Learned { Lights::Tree } else { lights };
-    let Settings { strategy, engine, .. } = Settings::default();
-    Configuration { strategy, lights, sampler, engine }
+    let Settings { strategy, engine, guide, .. } = Settings::plain();
+    Configuration { strategy, lights, guide, sampler, engine }
 }
 
 /// `--reference FILE`, once for every case, in their order; `None` where none is given.

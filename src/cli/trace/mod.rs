@@ -95,12 +95,12 @@ impl Traced<'_> {
 /// Runs the command; the exit status: 1 if the engines disagree.
 pub fn run(args: &TraceArgs) -> Result<u8> {
     args.json.check()?;
-    let scene = match args.scene.to_str().and_then(|path| path.strip_prefix(scenes::PREFIX)) {
-        Some(name) => scenes::load(name)?,
-        None => Scene::load(&args.scene)?,
+    let (mut settings, scene) = match args.scene.to_str().and_then(|path| path.strip_prefix(scenes::PREFIX)) {
+        // As `check` renders them.
+        Some(name) => scenes::load(name).map(|scene| (scene.settings().without_learning(), scene))?,
+        None => Scene::load(&args.scene).map(|scene| (scene.settings(), scene))?,
     };
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
-    let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
     args.film.apply(&mut settings);
     let (width, height) = film_size(&settings, scene.desc.film)?;

@@ -19,7 +19,7 @@ use crate::report::measure::run_error::{Measured, Pool, Region, mean_bias, measu
 use crate::report::measure::spectrum::{Spectrum, error_image, error_spectrum};
 use crate::report::measure::truth::{Reference, white_noise};
 use crate::scene::SceneDesc;
-use crate::settings::{Engine, Lights, Sampler, Settings};
+use crate::settings::{Engine, Guide, Lights, Roulette, Sampler, Settings};
 use crate::stats::{StageStats, Stats};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
@@ -31,6 +31,8 @@ pub struct Configuration {
     pub strategy: Strategy,
     /// How lights are chosen.
     pub lights: Lights,
+    /// Whether directions are guided; where they are not, roulette goes by the throughput.
+    pub guide: Guide,
     /// Where sample numbers come from.
     pub sampler: Sampler,
     /// Which code computes it.
@@ -200,6 +202,9 @@ impl Experiment {
         if varied(|a, b| a.lights != b.lights) {
             parts.push(of.lights.name());
         }
+        if varied(|a, b| a.guide != b.guide) {
+            parts.push(if of.guide == Guide::Off { "unguided" } else { "guided" });
+        }
         if varied(|a, b| a.sampler != b.sampler) {
             parts.push(of.sampler.name());
         }
@@ -261,13 +266,15 @@ impl Experiment {
 
     /// The settings of one configuration with one budget.
     pub fn settings_of(&self, case: &Case, configuration: Configuration, budget: Budget, seed: u32) -> Settings {
-        let Configuration { strategy, lights, sampler, engine } = configuration;
+        let Configuration { strategy, lights, guide, sampler, engine } = configuration;
         let Case { max_depth, rr_depth, .. } = *case;
         let (spp, time) = match budget {
             Budget::Spp(spp) => (spp, None),
             Budget::Time(time) => (u32::MAX, Some(time)),
         };
-        Settings { strategy, lights, sampler, engine, spp, time, seed, max_depth, rr_depth, ..self.settings.clone() }
+        let roulette = if guide == Guide::Off { Roulette::Throughput } else { Roulette::Auto };
+        let how = Settings { strategy, lights, guide, roulette, sampler, engine, ..self.settings.clone() };
+        Settings { spp, time, seed, max_depth, rr_depth, ..how }
     }
 
     /// Runs what `done` lacks, in order; false if `stop` ended it early. `told` hears of every finished run.

@@ -13,7 +13,7 @@
 //! regions                      [{name, x, y, width, height}]
 //! cases[]                      one a scene and light: {scene (its name here), file, light, max_depth (null: unbounded),
 //!                              rr_depth (null: off), reference: {kind, ..}, noise_mse, noise_relmse, mean}
-//! configurations[]             {strategy, lights, sampler, engine, biased_by_design}
+//! configurations[]             {strategy, lights, guide, sampler, engine, biased_by_design}
 //! others[]                     names of other renderers; as configurations they count on from ours
 //! findings[]                   one a case and configuration: the fields of Finding; indices count from 0 in the lists above
 //! summaries[]                  one a configuration: {configuration, geometric_mean, worst: [case, share]}
@@ -90,6 +90,7 @@ struct CaseRow<'a> {
 struct ConfigurationRow {
     strategy: &'static str,
     lights: &'static str,
+    guide: &'static str,
     sampler: &'static str,
     engine: &'static str,
     biased_by_design: bool,
@@ -196,6 +197,7 @@ fn configuration(of: &Configuration) -> ConfigurationRow {
     ConfigurationRow {
         strategy: of.strategy.name(),
         lights: of.lights.name(),
+        guide: of.guide.name(),
         sampler: of.sampler.name(),
         engine: of.engine.name(),
         biased_by_design: of.strategy.is_biased(),
@@ -238,19 +240,20 @@ fn shown_row(shown: &Shown) -> ShownRow {
 /// reference's noise subtracted, so of a run as good as the reference they may come out below 0; means over runs are right.
 pub fn csv(experiment: &Experiment, measured: &Measurements) -> String {
     let mut text = String::from("strategy,lights,sampler,engine,spp,seed,seconds,cpu_seconds,mse,relmse,bias_z,light,");
-    text += "repeat,rays,lanes_used,walk_lanes_used,relmse_trimmed,scene\n";
+    text += "repeat,rays,lanes_used,walk_lanes_used,relmse_trimmed,guide,scene\n";
     for run in measured.runs.iter().chain(&experiment.others_runs) {
         let name = match experiment.configurations.get(run.configuration) {
             Some(of) => format!("{},{},{},{}", of.strategy, of.lights, of.sampler, of.engine),
             None => format!("{},,,", field(&experiment.label(run.configuration))),
         };
+        let guide = experiment.configurations.get(run.configuration).map_or("", |of| of.guide.name());
         let (error, rays) = (&run.error, run.rays.iter().sum::<u64>());
         let [lanes, walks] = [run.lanes_used, run.walk_lanes_used]
             .map(|share| share.map(|share| format!("{share:.4}")).unwrap_or_default());
         let case = &experiment.cases[run.case];
         let _ = writeln!(
             text,
-            "{name},{},{},{:.6},{:.6},{:.9e},{:.9e},{:.4},{},{},{rays},{lanes},{walks},{:.9e},{}",
+            "{name},{},{},{:.6},{:.6},{:.9e},{:.9e},{:.4},{},{},{rays},{lanes},{walks},{:.9e},{guide},{}",
             run.spp,
             run.seed,
             run.seconds,
