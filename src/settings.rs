@@ -11,10 +11,10 @@ named_choice! {
         Uniform = "uniform",
         /// In proportion to emitted power.
         Power = "power",
-        /// By what each light can send to the point, found in a tree ([`crate::tables::lights::tree`]). The default.
+        /// By what each light can send to the point, found in a tree ([`crate::tables::lights::tree`]).
         Tree = "tree",
         /// By the tree, its clusters weighed by what their samples turned out to be worth in a training render
-        /// ([`crate::learn`]); where that would not pay, by the tree alone.
+        /// ([`crate::learn`]); where that would not pay, by the tree alone. The default.
         Learned = "learned",
     }
 }
