@@ -42,10 +42,10 @@
 //! | `bvh` | tree of eight children a node, and the walks through it; all give the same bits |
 //! | `strategy` | one row a strategy: what its samples count |
 //! | `setup` | one render, resolved: what both engines are told |
-//! | `learn` | what a training render finds out about lights before a render begins; its laws |
+//! | `learn` | what a training render finds out about lights and directions before a render begins; its laws |
 //! | `packet` | the fast engine: SoA queues, stages over eight lanes, the plan |
 //! | `reference` | the plain engine: one path at a time, compiled for `f32` and for `f64` |
-//! | `render` | threads over tiles, passes over samples; which engine |
+//! | `render` | threads over tiles, passes over samples; which engine; sequences of frames |
 //! | `sampler` | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
 //! | `film`, `image`, `color` | sums and checkpoints, image files, the sRGB curve |
@@ -104,6 +104,7 @@ pub use bvh::{HitPacket, HitQueue, RayPacket, RayQueue};
 pub use error::{Error, Result};
 pub use film::Film;
 pub use lanes::{F32x8, Mask8, U32x8, Vec3x8, simd_level};
+pub use render::sequence::Sequence;
 pub use render::{Progress, Render, render, render_from, render_with};
 pub use settings::{Crop, Engine, Guide, Lights, Roulette, Sampler, Settings, Train};
 pub use stats::{RayCounts, StageStats, Stats};

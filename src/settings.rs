@@ -75,7 +75,8 @@ pub enum Train {
     Auto,
     /// Nothing is learned.
     Off,
-    /// About so many paths; where directions are learned and used, four times as many, eight times for large films.
+    /// About so many paths; where directions are learned and used, four times as many, eight times for large films. In a
+    /// sequence, the pilots of all frames that a frame learns from have so many.
     Paths(u32),
 }
 

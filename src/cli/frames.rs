@@ -3,8 +3,10 @@
 use crate::cli::args;
 use crate::error::{Error, Result};
 use crate::import::assembly::load_camera_path;
+use crate::render::sequence::{MOST_TRAIN_FRAMES, Sequence, TRAIN_FRAMES};
 use crate::scene::SceneDesc;
 use crate::scene::desc::CameraDesc;
+use crate::tables::PreparedScene;
 use std::path::{Path, PathBuf};
 
 /// Flags of a sequence.
@@ -20,6 +22,11 @@ pub struct FrameArgs {
     /// Take the camera and its path from this TOML file: what `[camera]` of a scene file holds, its keys as [[key]]
     #[arg(long, value_name = "FILE")]
     camera_path: Option<PathBuf>,
+    /// Frames whose training renders add up to what a frame learns, itself and those before it; 1: each frame trains by
+    /// itself, as long as an image does
+    #[arg(long, value_name = "N", requires = "frames", default_value_t = TRAIN_FRAMES,
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_TRAIN_FRAMES)), allow_negative_numbers = true)]
+    train_frames: u32,
     /// Leave out frames whose outputs are all there
     #[arg(long, requires = "frames")]
     skip_existing: bool,
@@ -107,12 +114,11 @@ impl FrameArgs {
         let at = frame.and_then(|frame| scene.camera_path.at(f64::from(frame) / self.fps));
         at.unwrap_or(scene.camera)
     }
-}
 
-/// The seed of a frame of a sequence that begins with `seed`: every frame has noise of its own.
-pub fn seed_of(seed: u32, frame: Option<u32>) -> u32 {
-    // The golden ratio of 2^32: an odd step, so that no two frames share a seed, and far from those of neighbouring seeds.
-    seed.wrapping_add(frame.unwrap_or(0).wrapping_mul(0x9e37_79b9))
+    /// The frames of a scene, prepared from `scene`.
+    pub fn sequence<'a>(&self, scene: &SceneDesc, prepared: &'a PreparedScene) -> Sequence<'a> {
+        Sequence::new(prepared, scene.camera_path.clone(), self.fps, self.train_frames)
+    }
 }
 
 /// `path` with the frame's number in place of the last run of `#` in its name; `None` where there is none.
@@ -146,11 +152,12 @@ mod tests {
     }
 
     #[test]
-    fn every_frame_has_its_files_and_its_seed() {
+    fn every_frame_has_its_files() {
         let args = |frames: Option<&str>| FrameArgs {
             frames: frames.map(|text| Frames::parse(text).unwrap()),
             fps: 24.0,
             camera_path: None,
+            train_frames: TRAIN_FRAMES,
             skip_existing: false,
         };
         let outputs = ["a.##.exr", "b#.png"].map(PathBuf::from);
@@ -164,7 +171,5 @@ mod tests {
         assert_eq!(args(Some("9")).shots(&plain, None).unwrap()[0].outputs, plain);
         assert!(args(Some("9..10")).shots(&plain, None).is_err());
         assert_eq!(args(None).shots(&outputs, None).unwrap()[0].outputs, outputs);
-        let seeds: std::collections::HashSet<u32> = (0..1000).map(|frame| seed_of(7, Some(frame))).collect();
-        assert_eq!((seeds.len(), seed_of(7, Some(0)), seed_of(7, None)), (1000, 7, 7));
     }
 }

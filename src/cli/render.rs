@@ -5,7 +5,7 @@ use crate::camera;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs};
 use crate::cli::examples;
-use crate::cli::frames::{FrameArgs, Shot, seed_of};
+use crate::cli::frames::{FrameArgs, Shot};
 use crate::cli::interrupt;
 use crate::cli::numbers::{percent, three_digits};
 use crate::cli::output::{check_json_path, check_place, make_directory, print, whole_path, write_json};
@@ -16,6 +16,7 @@ use crate::cli::{prepare, report, warn};
 use crate::error::{Error, Result};
 use crate::film::OutOfRange;
 use crate::image::{Format, check_output_path};
+use crate::render::sequence::{Sequence, seed_of};
 use crate::render::{Render, render_from};
 use crate::scene::desc::CameraDesc;
 use crate::scene::validate::camera_fault;
@@ -109,15 +110,16 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     of_view.iter().for_each(|warning| warn(warning));
     scene.desc.warnings.extend(of_view);
     scene.desc.camera = cameras[0];
-    let mut prepared = prepare(&scene)?;
+    let prepared = prepare(&scene)?;
+    let mut sequence = args.sequence.sequence(&scene.desc, &prepared);
     let stop = interrupt::requested()?;
     let mut complete = true;
     for (shot, camera) in shots.iter().zip(cameras) {
         if args.sequence.is_left_out(shot) {
             continue;
         }
-        (scene.desc.camera, prepared.camera) = (camera, camera);
-        complete &= render_shot(args, shot, &scene, &prepared, &stop)?;
+        scene.desc.camera = camera;
+        complete &= render_shot(args, shot, &scene, (&prepared, &mut sequence), &stop)?;
         if stop.load(Ordering::Relaxed) {
             complete = false;
             break;
@@ -131,23 +133,33 @@ fn render_shot(
     args: &RenderArgs,
     shot: &Shot,
     scene: &Scene,
-    prepared: &PreparedScene,
+    (prepared, sequence): (&PreparedScene, &mut Sequence),
     stop: &AtomicBool,
 ) -> Result<bool> {
     let mut settings = settings(args, scene);
-    settings.seed = seed_of(settings.seed, shot.frame);
+    let first_seed = settings.seed;
+    settings.seed = seed_of(first_seed, i64::from(shot.frame.unwrap_or(0)));
     let frame = Frame::new(&settings, scene.desc.film)?;
-    let state = State::new(&shot.outputs[0], &scene.desc, &settings, &frame);
+    let learned_from =
+        shot.frame.filter(|_| settings.learns()).map(|frame| sequence.cameras(frame)).unwrap_or_default();
+    let state = State::new(&shot.outputs[0], &scene.desc, &settings, &frame, &learned_from);
     let start = state.read(&mut settings)?;
     let start_spp = start.as_ref().map_or(0, |film| film.spp);
     let mut warnings = scene.desc.warnings.clone();
     warnings.extend_from_slice(&prepared.warnings);
     shot.outputs.iter().chain(&shot.stats).try_for_each(|path| make_directory(path))?;
     let bar = Bar::new(&settings, shot.frame, args.quiet);
-    let mut render = render_from(prepared, &settings, start.as_ref(), &|progress| {
+    let progress = |progress| {
         bar.show(&progress);
         !stop.load(Ordering::Relaxed)
-    });
+    };
+    let mut render = match shot.frame {
+        Some(frame) => {
+            let of_sequence = Settings { seed: first_seed, ..settings.clone() };
+            sequence.render(frame, &of_sequence, start.as_ref(), &progress)
+        }
+        None => render_from(prepared, &settings, start.as_ref(), &progress),
+    };
     bar.finish();
 
     render.film.exposure = args.exposure;

@@ -7,6 +7,7 @@ use crate::film::checkpoint;
 use crate::film::checkpoint::Checkpoint;
 use crate::render::Render;
 use crate::scene::SceneDesc;
+use crate::scene::desc::CameraDesc;
 use crate::scene::fingerprint;
 use crate::settings::Settings;
 use crate::setup::frame::Frame;
@@ -22,12 +23,23 @@ pub struct State {
 }
 
 impl State {
-    /// That of a render to `output`.
-    pub fn new(output: &Path, scene: &SceneDesc, settings: &Settings, frame: &Frame) -> State {
+    /// That of a render to `output`; `learned_from`: the cameras of the frames whose training it shares.
+    pub fn new(
+        output: &Path,
+        scene: &SceneDesc,
+        settings: &Settings,
+        frame: &Frame,
+        learned_from: &[CameraDesc],
+    ) -> State {
         let mut path = output.as_os_str().to_owned();
         path.push(".unfinished");
         let content = format!("{:016x}", fingerprint::scene(scene));
+        let training = match learned_from.len() {
+            0 | 1 => "by itself".to_owned(),
+            frames => format!("over {frames} frames, {:016x}", fingerprint::cameras(learned_from)),
+        };
         let recipe = Recipe::new(&scene.name, settings, frame).and("content of the scene", content);
+        let recipe = recipe.and("training", training);
         State { path: path.into(), recipe, seconds: std::cell::Cell::new(0.0) }
     }
 

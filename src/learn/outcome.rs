@@ -11,8 +11,10 @@ pub struct Learning {
     pub forecast: Option<f64>,
     /// Columns and rows of the pilot's grid; `null`: there was no pilot.
     pub grid: Option<(u32, u32)>,
-    /// Paths of the pilot.
+    /// Paths of the pilot, or of those of all frames whose training adds up.
     pub paths: u64,
+    /// Frames whose training adds up; 1: an image's or a frame's own.
+    pub frames: u32,
     /// Bytes of the tables, used or not.
     pub bytes: usize,
     /// What was learned of directions; `null`: nothing was to be.
@@ -32,6 +34,7 @@ impl Learning {
             forecast: None,
             grid: None,
             paths: 0,
+            frames: 1,
             bytes: 0,
             guide: None,
             seconds: 0.0,

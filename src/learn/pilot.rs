@@ -27,16 +27,39 @@ pub fn guided_samples((columns, rows): (u32, u32)) -> u32 {
 /// Columns and rows of the grid for a film of so many; `None`: nothing is learned. It has about as many pixels as asked, not
 /// more than the film, and about the film's shape; it always covers the whole film.
 pub fn grid(train: Train, film: (u32, u32)) -> Option<(u32, u32)> {
-    let (width, height) = (u64::from(film.0), u64::from(film.1));
     let pixels = match train {
         Train::Off => return None,
-        Train::Auto => PIXELS.min(width * height),
+        Train::Auto => PIXELS.min(u64::from(film.0) * u64::from(film.1)),
         Train::Paths(paths) => u64::from(paths / PASSES[PASSES.len() - 1]).max(1),
     };
+    Some(shaped(pixels, film))
+}
+
+/// Columns and rows of about the shape of a film, not more than `pixels` in all.
+fn shaped(pixels: u64, film: (u32, u32)) -> (u32, u32) {
+    let (width, height) = (u64::from(film.0), u64::from(film.1));
     // The largest whole root: no rounding of f64 decides anything.
     let columns = (pixels * width / height).isqrt().clamp(1, pixels.min(MOST_SIDE));
     let rows = (pixels / columns).clamp(1, MOST_SIDE);
-    Some((columns as u32, rows as u32))
+    (columns as u32, rows as u32)
+}
+
+/// Least and most paths of the pilot of one frame of a sequence, unless asked otherwise; between them, a quarter of the film's
+/// pixels.
+const FRAME_PATHS: [u64; 2] = [4096, 32_768];
+
+/// The grid of the pilot of one frame of a sequence, of which `frames` add up, and its samples a pixel; `None`: nothing is
+/// learned.
+pub fn frame_grid(train: Train, film: (u32, u32), frames: u32) -> Option<((u32, u32), u32)> {
+    let pixels = u64::from(film.0) * u64::from(film.1);
+    let paths = match train {
+        Train::Off => return None,
+        Train::Auto => (pixels / 4).clamp(FRAME_PATHS[0], FRAME_PATHS[1]),
+        Train::Paths(paths) => u64::from(paths / frames).max(1),
+    };
+    let grid = shaped(PIXELS.min(pixels).min(paths), film);
+    let spp = paths / (u64::from(grid.0) * u64::from(grid.1));
+    Some((grid, spp.clamp(1, u64::from(u32::MAX)) as u32))
 }
 
 /// Paths of the pilot over a grid.

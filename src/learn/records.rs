@@ -94,12 +94,17 @@ impl LightRecords {
     pub fn take(&mut self, other: &mut LightRecords) {
         for theirs in other.nodes.drain(..) {
             other.places[theirs.pair as usize] = 0;
-            let mine = self.node(theirs.pair);
-            for column in 0..WIDTH {
-                mine.count[column] += theirs.count[column];
-                mine.plain[column] += theirs.plain[column];
-                mine.square[column] += theirs.square[column];
-            }
+            self.add(&theirs);
+        }
+    }
+
+    /// Adds what was recorded of a node elsewhere.
+    pub fn add(&mut self, theirs: &NodeRecord) {
+        let mine = self.node(theirs.pair);
+        for column in 0..WIDTH {
+            mine.count[column] += theirs.count[column];
+            mine.plain[column] += theirs.plain[column];
+            mine.square[column] += theirs.square[column];
         }
     }
 

@@ -8,6 +8,8 @@ use crate::tables::guide::{BINS, CELL_BITS, CODES, GUIDED, Guide, KEPT, LUMINANC
 /// Where eight hits look up what was learned.
 pub struct Places<'a> {
     guide: &'a Guide,
+    /// Places ([`Guide::leaves`]).
+    place: U32x8,
     /// Leaves.
     pub leaf: U32x8,
     /// Lanes whose directions are guided.
@@ -18,12 +20,12 @@ impl Places<'_> {
     /// Those of hits at `origin` on surfaces of these unit shading normals.
     #[inline(always)]
     pub fn find(guide: &Guide, origin: Vec3x8, normal: Vec3x8) -> Places<'_> {
-        let place = places(guide, origin, normal).to_array();
-        let entries = place.map(|place| u32::from(guide.leaves[place as usize & (PLACES - 1)]));
+        let place = places(guide, origin, normal);
+        let entries = place.to_array().map(|place| u32::from(guide.leaves[place as usize & (PLACES - 1)]));
         let entries = U32x8::from_array(entries);
         let flag = U32x8::splat(u32::from(GUIDED));
         let leaf = entries & U32x8::splat(u32::from(GUIDED) - 1);
-        Places { guide, leaf, guided: (entries & flag).eq(flag) }
+        Places { guide, place, leaf, guided: (entries & flag).eq(flag) }
     }
 
     /// The densities, per steradian, with which unit directions are drawn here that a cosine would draw with `pdf_cosine`; and
@@ -192,13 +194,15 @@ pub struct Going<'a> {
 /// Writes down eight directions.
 #[inline(never)]
 pub fn note(going: &Going, steps: &mut StepRecords) {
-    let leaf = going.places.leaf.to_array();
+    let (place, leaf) = (going.places.place.to_array(), going.places.leaf.to_array());
     let mut lost = going.drawn.and_not(going.above).bits();
     while lost != 0 {
-        steps.records.note_lost(leaf[lost.trailing_zeros() as usize]);
+        let lane = lost.trailing_zeros() as usize;
+        steps.records.note_lost(place[lane], leaf[lane]);
         lost &= lost - 1;
     }
-    let bin = bin(to_square(going.direction).0).to_array();
+    let (square, norm) = to_square(going.direction);
+    let (bin, norm) = (bin(square).to_array(), norm.to_array());
     let (path, throughput) = (going.slot.to_array(), luminances(going.throughput).to_array());
     let (cosine, pdf_dir) = (going.cosine.to_array(), going.pdf_dir.to_array());
     let pdf_guide = going.pdf_guide.to_array();
@@ -208,8 +212,10 @@ pub fn note(going: &Going, steps: &mut StepRecords) {
         rest &= rest - 1;
         steps.push(Step {
             path: path[lane],
+            place: place[lane],
             leaf: leaf[lane],
             bin: bin[lane],
+            norm: norm[lane],
             cosine: cosine[lane],
             pdf_dir: pdf_dir[lane],
             pdf_guide: pdf_guide[lane],

@@ -10,6 +10,8 @@ use crate::tables::materials::MaterialRecord;
 #[derive(Clone, Copy)]
 pub struct GuidePlace<'a> {
     guide: &'a Guide,
+    /// The place ([`Guide::leaves`]).
+    pub place: u32,
     /// The leaf.
     pub leaf: u32,
     /// Directions are guided there.
@@ -33,7 +35,7 @@ impl<'a> GuidePlace<'a> {
             }
         }
         let entry = guide.leaves[place as usize];
-        GuidePlace { guide, leaf: u32::from(entry & (GUIDED - 1)), guided: entry & GUIDED != 0 }
+        GuidePlace { guide, place, leaf: u32::from(entry & (GUIDED - 1)), guided: entry & GUIDED != 0 }
     }
 
     /// The density, per steradian, with which a unit direction is drawn here that a cosine would draw with `pdf_cosine`.

@@ -60,16 +60,18 @@ impl Observer for Recorder<'_> {
             }
             Event::Lost(Some(place), _) if !last => {
                 if let Some(steps) = &mut self.steps {
-                    steps.records.note_lost(place.leaf);
+                    steps.records.note_lost(place.place, place.leaf);
                 }
             }
             Event::Bounce(_, _, _, bounce) if !last && self.steps.is_some() => {
                 self.step = bounce.place.map(|place| {
-                    let ([column, row], _) = bin(bounce.direction);
+                    let ([column, row], norm) = bin(bounce.direction);
                     Step {
                         path: 0,
+                        place: place.place,
                         leaf: place.leaf,
                         bin: (row * SIDE + column) as u32,
+                        norm: norm as f32,
                         cosine: bounce.cosine as f32,
                         pdf_dir: bounce.pdf_dir as f32,
                         pdf_guide: place.guide_pdf_dir(bounce.direction) as f32,

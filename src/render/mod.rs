@@ -6,6 +6,7 @@
 mod chance;
 mod passes;
 pub mod pilot;
+pub mod sequence;
 mod tiles;
 mod workers;
 
@@ -62,15 +63,36 @@ pub fn render_from(
     progress: &(dyn Fn(Progress) -> bool + Sync),
 ) -> Render {
     let preparing = Stopwatch::start();
-    let mut setup = Setup::new(scene, settings);
-    let setup_s = preparing.wall_seconds();
+    let setup = Setup::new(scene, settings);
+    train_and_render(setup, settings, start, progress, preparing.wall_seconds())
+}
+
+/// Learns what `settings` want to be learned and renders; `setup_s`: seconds that making the setup has taken.
+fn train_and_render(
+    mut setup: Setup,
+    settings: &Settings,
+    start: Option<&Film>,
+    progress: &(dyn Fn(Progress) -> bool + Sync),
+    setup_s: f64,
+) -> Render {
     // Training is rendering: its seconds count.
     let watch = Stopwatch::start();
     pilot::train(&mut setup, settings);
+    render_trained(&setup, settings, start, progress, (setup_s, watch))
+}
+
+/// Renders what is all learned for; `watch` has run since training began.
+fn render_trained(
+    setup: &Setup,
+    settings: &Settings,
+    start: Option<&Film>,
+    progress: &(dyn Fn(Progress) -> bool + Sync),
+    (setup_s, watch): (f64, Stopwatch),
+) -> Render {
     let trained_s = watch.wall_seconds();
-    let plan = Plan::new(&setup);
+    let plan = Plan::new(setup);
     let spp = settings.spp.max(1);
-    let mut tiles = cut_into_tiles(&setup, spp.min(PASS_SPP));
+    let mut tiles = cut_into_tiles(setup, spp.min(PASS_SPP));
     let mut done = 0;
     if let Some(film) = start {
         let own = |tile: &mut Mutex<Tile>| {
@@ -82,7 +104,7 @@ pub fn render_from(
     let threads = thread_count(settings.threads).min(tiles.len());
     let pixels = setup.frame.crop.width as u64 * setup.frame.crop.height as u64;
     let job = Job {
-        setup: &setup,
+        setup,
         plan: &plan,
         engine: settings.engine,
         tiles,
@@ -90,7 +112,7 @@ pub fn render_from(
         samples: AtomicU64::new(done as u64 * pixels),
         resumed: done as u64 * pixels,
         // Looked for only where something asks for it: a map of the surroundings may be large.
-        brightest: settings.target_error.map_or(0.0, |_| brightest_by_chance(&setup)),
+        brightest: settings.target_error.map_or(0.0, |_| brightest_by_chance(setup)),
         relative_error: AtomicU64::new(f64::NAN.to_bits()),
         unseen_error: AtomicU64::new(0.0f64.to_bits()),
         stop: AtomicBool::new(false),

@@ -19,7 +19,7 @@ use crate::render::thread_count;
 use crate::render::tiles::tile_size;
 use crate::render::workers::{PATHS_AT_ONCE, fill_slots};
 use crate::sampler::pixel_address;
-use crate::settings::{Crop, Engine, Guide, Lights, Roulette, Settings};
+use crate::settings::{Crop, Engine, Guide, Lights, Roulette, Settings, Train};
 use crate::setup::Setup;
 use crate::tables;
 use crate::tables::PreparedScene;
@@ -37,58 +37,121 @@ pub fn resolve<'a>(scene: &'a PreparedScene, settings: &Settings) -> Setup<'a> {
 
 /// Learns what `settings` want to be learned, if anything. Of the settings, only those count that [`crate::learn`] names.
 pub fn train(setup: &mut Setup, settings: &Settings) {
-    let guides = settings.guide != Guide::Off || settings.roulette == Roulette::Learned;
-    if settings.lights != Lights::Learned && !guides {
+    if !settings.learns() {
         return;
     }
     let watch = Stopwatch::start();
-    let mut learning = learn(setup, settings, guides);
+    let mut learning = learn(setup, settings);
     (learning.seconds, learning.cpu_seconds) = (watch.wall_seconds(), watch.cpu_seconds());
     setup.learning = Some(learning);
 }
 
-fn learn(setup: &mut Setup, settings: &Settings, guides: bool) -> Learning {
-    let nothing = |why: &str| Learning {
-        guide: guides.then(|| GuideLearning::none(why)),
-        ..Learning::none(if settings.lights == Lights::Learned { why } else { "not asked for" })
+/// What is to be learned.
+pub(super) struct Wanted<'t> {
+    /// Which lights matter where: factors for this tree.
+    pub tree: Option<&'t LightTree>,
+    /// Where light comes from.
+    pub guides: bool,
+    /// Why what is not to be learned is not.
+    pub learning: Learning,
+}
+
+impl<'t> Wanted<'t> {
+    /// What `settings`, which learn something, and the scene suggest.
+    pub fn new(setup: &Setup<'t>, settings: &Settings) -> Wanted<'t> {
+        let lights = settings.lights == Lights::Learned;
+        let guides = settings.guide != Guide::Off || settings.roulette == Roulette::Learned;
+        let none = |lights_why: &str, guide_why: &str| Learning {
+            guide: guides.then(|| GuideLearning::none(guide_why)),
+            ..Learning::none(if lights { lights_why } else { "not asked for" })
+        };
+        let nothing = |learning: Learning| Wanted { tree: None, guides: false, learning };
+        if settings.train == Train::Off {
+            return nothing(none("training is switched off", "training is switched off"));
+        }
+        if setup.max_depth == 0 || !setup.scene.features.scatters() {
+            return nothing(none("no light is sampled", "nothing scatters light"));
+        }
+        let tree = match setup.lights.selection {
+            Selection::Tree(tree) if lights && setup.samples_lights() => Some(tree),
+            _ => None,
+        };
+        let no_tree = match (&tree, setup.samples_lights()) {
+            (Some(_), _) => "",
+            (None, true) => "there is nothing to choose from",
+            (None, false) => "no light is sampled",
+        };
+        let no_guide = guides.then(|| no_guide(setup, settings)).flatten();
+        let learning = none(no_tree, no_guide.unwrap_or_default());
+        Wanted { tree, guides: guides && no_guide.is_none(), learning }
+    }
+
+    /// Whether nothing is.
+    pub fn is_nothing(&self) -> bool {
+        self.tree.is_none() && !self.guides
+    }
+}
+
+fn learn(setup: &mut Setup, settings: &Settings) -> Learning {
+    let wanted = Wanted::new(setup, settings);
+    let grid = match grid(settings.train, setup.frame.film) {
+        Some(grid) if !wanted.is_nothing() => grid,
+        _ => return wanted.learning,
     };
-    let Some(grid) = grid(settings.train, setup.frame.film) else { return nothing("training is switched off") };
-    if setup.max_depth == 0 || !setup.scene.features.scatters() {
-        let learning = nothing("nothing scatters light");
-        let learns = settings.lights == Lights::Learned;
-        return if learns { Learning { why: "no light is sampled".into(), ..learning } } else { learning };
-    }
-    let mut learning = nothing("");
-    let tree = match setup.lights.selection {
-        Selection::Tree(tree) if settings.lights == Lights::Learned && setup.samples_lights() => Some(tree),
-        _ => None,
-    };
-    if settings.lights == Lights::Learned && tree.is_none() {
-        let none = if setup.samples_lights() { "there is nothing to choose from" } else { "no light is sampled" };
-        learning.why = none.into();
-    }
-    let guide_off = guides.then(|| no_guide(setup, settings)).flatten();
-    if let Some(why) = guide_off {
-        learning.guide = Some(GuideLearning::none(why));
-    }
-    let guides = guides && guide_off.is_none();
-    if tree.is_none() && !guides {
-        return learning;
-    }
+    let Wanted { tree, guides, mut learning } = wanted;
     let mut pilot = Pilot::new(setup, settings, grid, tree, guides);
     pilot.first_stage();
-    pilot.judge_lights(&mut learning);
+    if let Some(records) = pilot.lights.take() {
+        judge_lights(&mut pilot.setup.lights.learned, &records, &mut learning);
+    }
     if guides {
         pilot.second_stage(settings, &mut learning);
     }
     learning.grid = Some(grid);
     learning.paths = pilot.paths();
     pilot.end();
-    let bytes = |tables: Vec<(&str, usize)>| tables.iter().map(|(_, bytes)| bytes).sum::<usize>();
-    if let (Some(outcome), Some(guide)) = (&mut learning.guide, &setup.guide) {
-        outcome.bytes = bytes(guide.tables());
-    }
     learning
+}
+
+/// Bytes of tables.
+pub(super) fn bytes(tables: &[(&str, usize)]) -> usize {
+    tables.iter().map(|(_, bytes)| bytes).sum()
+}
+
+/// Whether the lights' factors are used; where not, there are none any more.
+pub(super) fn judge_lights(factors: &mut Option<LearnedLights>, records: &LightRecords, learning: &mut Learning) {
+    let Some(learned) = factors else { return };
+    let forecast = forecast(learned, records);
+    learning.bytes = bytes(&learned.tables());
+    learning.forecast = forecast;
+    learning.used = forecast.is_some_and(|forecast| forecast <= MOST);
+    learning.why = match forecast {
+        None => "the training render has met too little light to tell".into(),
+        Some(forecast) if learning.used => {
+            format!("foreseen second moment {forecast:.2} of that without, at most {MOST}")
+        }
+        Some(forecast) => format!("foreseen second moment {forecast:.2} of that without, more than {MOST}"),
+    };
+    if !learning.used {
+        *factors = None;
+    }
+}
+
+/// Whether directions are guided, given the second moment of what paths bring after their bounces.
+pub(super) fn guides(setup: &Setup, settings: &Settings, indirect: f64) -> bool {
+    match settings.guide {
+        Guide::Off => false,
+        Guide::On => true,
+        Guide::Auto => setup.strategy.is_mis() && indirect >= LEAST_INDIRECT,
+    }
+}
+
+/// What roulette goes by where what was learned of directions is used.
+pub(super) fn roulette(setup: &Setup, settings: &Settings) -> Roulette {
+    match settings.roulette {
+        Roulette::Auto | Roulette::Learned => Roulette::Learned,
+        _ => setup.roulette,
+    }
 }
 
 /// Why no directions are learned, if there is a reason beside what training may tell.
@@ -105,15 +168,15 @@ fn no_guide(setup: &Setup, settings: &Settings) -> Option<&'static str> {
 }
 
 /// A training render under way. While it is, the setup is its own: camera, seed and roulette.
-struct Pilot<'s, 'a> {
-    setup: &'s mut Setup<'a>,
+pub(super) struct Pilot<'s, 'a> {
+    pub setup: &'s mut Setup<'a>,
     grid: (u32, u32),
     engine: Engine,
     threads: usize,
     /// Of light samples, where they are learned.
-    lights: Option<LightRecords>,
+    pub lights: Option<LightRecords>,
     /// Of directions, where they are learned.
-    training: Option<Training>,
+    pub training: Option<Training>,
     /// Second moment of what the paths of the last pass have brought after their bounces, over what their pixels show.
     indirect: f64,
     /// Samples of each pixel of the grid so far.
@@ -124,7 +187,7 @@ struct Pilot<'s, 'a> {
 }
 
 impl<'s, 'a> Pilot<'s, 'a> {
-    fn new(
+    pub fn new(
         setup: &'s mut Setup<'a>,
         settings: &Settings,
         grid: (u32, u32),
@@ -133,6 +196,7 @@ impl<'s, 'a> Pilot<'s, 'a> {
     ) -> Pilot<'s, 'a> {
         let (camera, seed, roulette) = (setup.camera, setup.seed, setup.roulette);
         setup.camera = camera.on_grid(setup.frame.film, grid);
+        setup.seed ^= SCRAMBLE;
         setup.roulette = Roulette::Throughput;
         setup.lights.learned = tree.map(|tree| LearnedLights::new(setup.scene, tree));
         setup.guide = guides.then(|| tables::guide::Guide::new(setup.scene, grid));
@@ -153,44 +217,18 @@ impl<'s, 'a> Pilot<'s, 'a> {
 
     /// Paths as they are without anything learned but lights: they tell what learning would be worth.
     fn first_stage(&mut self) {
-        self.setup.seed = self.seed ^ SCRAMBLE;
         for to in PASSES {
             self.pass(to, false);
-        }
-    }
-
-    /// Whether the lights' factors are used.
-    fn judge_lights(&mut self, learning: &mut Learning) {
-        let (Some(records), Some(learned)) = (self.lights.take(), &self.setup.lights.learned) else { return };
-        let forecast = forecast(learned, &records);
-        learning.bytes = learned.tables().iter().map(|(_, bytes)| bytes).sum();
-        learning.forecast = forecast;
-        learning.used = forecast.is_some_and(|forecast| forecast <= MOST);
-        learning.why = match forecast {
-            None => "the training render has met too little light to tell".into(),
-            Some(forecast) if learning.used => {
-                format!("foreseen second moment {forecast:.2} of that without, at most {MOST}")
-            }
-            Some(forecast) => format!("foreseen second moment {forecast:.2} of that without, more than {MOST}"),
-        };
-        if !learning.used {
-            self.setup.lights.learned = None;
         }
     }
 
     /// Guided paths, if directions are to be guided, or roulette goes by what was learned.
     fn second_stage(&mut self, settings: &Settings, learning: &mut Learning) {
         let indirect = self.indirect;
-        let guides = match settings.guide {
-            Guide::Off => false,
-            Guide::On => true,
-            Guide::Auto => self.setup.strategy.is_mis() && indirect >= LEAST_INDIRECT,
-        };
+        let guides = guides(self.setup, settings, indirect);
         let used = guides || settings.roulette == Roulette::Learned;
         if used {
-            if matches!(settings.roulette, Roulette::Auto | Roulette::Learned) {
-                self.roulette = Roulette::Learned;
-            }
+            self.roulette = roulette(self.setup, settings);
             self.setup.roulette = self.roulette;
             let end = guided_samples(self.setup.frame.film);
             let mut to = self.done;
@@ -211,13 +249,26 @@ impl<'s, 'a> Pilot<'s, 'a> {
             indirect: Some(indirect),
             leaves: leaves.0,
             guided: if guides { leaves.1 } else { 0 },
-            bytes: 0,
+            bytes: self.setup.guide.as_ref().map_or(0, |guide| bytes(&guide.tables())),
         });
     }
 
     /// Brings each pixel of the grid to `to` samples, and freezes what is then known. `guides`: directions are guided from then
     /// on.
     fn pass(&mut self, to: u32, guides: bool) {
+        self.run(to);
+        if let (Some(records), Some(learned)) = (&self.lights, &mut self.setup.lights.learned) {
+            learned.learn(records);
+        }
+        if let (Some(training), Some(guide)) = (&mut self.training, &mut self.setup.guide) {
+            self.indirect = training.indirect(to);
+            training.freeze(guide, to, guides);
+        }
+        self.done = to;
+    }
+
+    /// Records what samples of each pixel find, from those done to `to` of them.
+    pub fn run(&mut self, to: u32) {
         let plan = Plan::new(self.setup);
         let range = self.done..to;
         let tiles = cut(self.grid, tile_size(to - self.done));
@@ -252,14 +303,6 @@ impl<'s, 'a> Pilot<'s, 'a> {
                 training.take(&mut steps.records);
             }
         }
-        if let (Some(records), Some(learned)) = (&self.lights, &mut self.setup.lights.learned) {
-            learned.learn(records);
-        }
-        if let (Some(training), Some(guide)) = (&mut self.training, &mut self.setup.guide) {
-            self.indirect = training.indirect(to);
-            training.freeze(guide, to, guides);
-        }
-        self.done = to;
     }
 
     /// Paths so far.
@@ -277,7 +320,7 @@ impl<'s, 'a> Pilot<'s, 'a> {
 }
 
 /// Why directions are guided, or not.
-fn why(asked: Guide, mis: bool, indirect: f64) -> String {
+pub(super) fn why(asked: Guide, mis: bool, indirect: f64) -> String {
     let share = format!(
         "what paths bring after their bounces has a second moment of {indirect:.2} over what pixels show; {LEAST_INDIRECT} pays"
     );

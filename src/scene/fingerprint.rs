@@ -2,7 +2,7 @@
 
 use crate::fingerprint::Fingerprint;
 use crate::scene::SceneDesc;
-use crate::scene::desc::EnvironmentDesc;
+use crate::scene::desc::{CameraDesc, EnvironmentDesc};
 
 /// A fingerprint of everything in `scene` that can change a picture; its name and warnings cannot.
 pub fn scene(scene: &SceneDesc) -> u64 {
@@ -37,6 +37,13 @@ pub fn scene(scene: &SceneDesc) -> u64 {
         }
         other => print.text(&format!("{other:?}")),
     }
+    print.value()
+}
+
+/// A fingerprint of cameras, in their order.
+pub fn cameras(cameras: &[CameraDesc]) -> u64 {
+    let mut print = Fingerprint::default();
+    print.text(&format!("{cameras:?}"));
     print.value()
 }
 

@@ -8,6 +8,7 @@ use frame::Frame;
 use crate::camera;
 use crate::camera::Camera;
 use crate::learn::outcome::Learning;
+use crate::scene::desc::CameraDesc;
 use crate::settings::{DEPTH_GUARD, Roulette, Sampler, Settings};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
@@ -48,13 +49,18 @@ impl<'a> Setup<'a> {
     /// Resolves `settings` for `scene`. A crop is cut to the film. Nothing has been learned yet: see
     /// [`crate::render::pilot::resolve`].
     pub fn new(scene: &'a PreparedScene, settings: &Settings) -> Setup<'a> {
+        Setup::seen_by(scene, settings, &scene.camera)
+    }
+
+    /// The same for another camera than the scene's.
+    pub fn seen_by(scene: &'a PreparedScene, settings: &Settings, camera: &CameraDesc) -> Setup<'a> {
         let frame = Frame::nearest(settings, scene.film);
         let (width, height) = frame.film;
         Setup {
             scene,
             // Only weights by density make up for what compensated light samples leave to the BSDF.
             lights: LightTable::new(scene, settings.lights, settings.strategy.is_mis()),
-            camera: Camera::new(&scene.camera, scene.filter, width, height),
+            camera: Camera::new(camera, scene.filter, width, height),
             strategy: settings.strategy,
             max_depth: settings.max_depth.unwrap_or(DEPTH_GUARD).min(DEPTH_GUARD),
             rr_depth: settings.rr_depth.unwrap_or(u32::MAX),
@@ -65,7 +71,7 @@ impl<'a> Setup<'a> {
             seed: settings.seed,
             frame,
             learning: None,
-            warnings: camera::warnings(&scene.camera, height),
+            warnings: camera::warnings(camera, height),
         }
     }
 

@@ -15,6 +15,7 @@ mod light_tree;
 mod paths;
 mod polar_rows;
 mod power;
+mod sequence;
 mod smooth;
 mod solid_angle;
 mod sums;

@@ -56,12 +56,26 @@ fn a_frame_has_the_same_bits_alone_and_in_its_sequence() {
     let seed = 0x9e37_79b9u32.wrapping_mul(2).to_string();
     let still = place.moving("still.toml", key);
     assert!(place.frames(&still, &["--seed", &seed, "-o", &other]).status.success());
-    assert_eq!(frames[2].pixels, place.image("other.exr").pixels);
+    // An image trains by itself: so does the frame, if it is told to.
+    let trained_alone = ["--frames", "2", "--fps", "4", "--train-frames", "1", "-o", &alone];
+    assert!(place.frames(&scene, &trained_alone).status.success());
+    assert_eq!(place.image("alone.exr").pixels, place.image("other.exr").pixels);
+    assert!(frames[2].pixels != place.image("other.exr").pixels);
+    // With nothing learned that is all the same.
+    let off = ["--train", "off", "-o", &alone];
+    for flags in [&["--frames", "2", "--fps", "4"], &["--frames", "2", "--fps", "4", "--train-frames", "1"][..]] {
+        assert!(place.frames(&scene, &[flags, &off].concat()).status.success());
+        let frame = place.image("alone.exr").pixels;
+        assert!(place.frames(&still, &["--seed", &seed, "--train", "off", "-o", &other]).status.success());
+        assert_eq!(frame, place.image("other.exr").pixels);
+    }
     // The frame stands in the file; an image by itself is the scene's own camera, here the first key.
     let metadata = |image: &Image| image.metadata.iter().any(|(key, value)| key == "frame" && value == "2");
     assert!(metadata(&frames[2]) && !metadata(&place.image("other.exr")));
-    assert!(place.frames(&scene, &["-o", &other]).status.success());
-    assert_eq!(place.image("other.exr").pixels, frames[0].pixels);
+    let first = place.path("first.exr");
+    assert!(place.frames(&scene, &["--frames", "0", "--train", "off", "-o", &first]).status.success());
+    assert!(place.frames(&scene, &["--train", "off", "-o", &other]).status.success());
+    assert_eq!(place.image("other.exr").pixels, place.image("first.exr").pixels);
 }
 
 #[test]
@@ -129,6 +143,8 @@ fn what_is_wrong_with_any_frame_is_told_before_the_first() {
     refused(still, &["--frames", "2..1"], "frame 2 comes after 1");
     refused(still, &["--frames", "0..1", "--fps", "0"], "frames a second above 0");
     refused(still, &["--skip-existing"], "--frames");
+    refused(still, &["--frames", "0..1", "--train-frames", "0"], "--train-frames");
+    refused(still, &["--train-frames", "4"], "--frames");
     refused(still, &["--camera-path", &place.path("none.toml")], "none.toml: cannot read it");
     let scene = place.moving("scene.toml", still);
     let output = place.frames(&scene, &["--frames", "0..1", "-o", &place.path("a.exr")]);

@@ -21,6 +21,8 @@
 //! **Laws** are those of [`crate::learn`]: integers, added up in any order; tables frozen during a pass; nothing of the picture.
 
 pub mod build;
+pub mod pixels;
 pub mod records;
 pub mod steps;
 pub mod training;
+pub mod window;

@@ -24,10 +24,13 @@ pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
 pub struct Step {
     /// The path, as the engine counts them.
     pub path: u32,
-    /// The leaf of the surface.
+    /// Its place ([`Guide::leaves`]) and leaf.
+    pub place: u32,
     pub leaf: u32,
     /// The bin of the direction.
     pub bin: u32,
+    /// The sum of the absolute components of the direction.
+    pub norm: f32,
     /// The cosine between direction and normal.
     pub cosine: f32,
     /// The density with which the direction was drawn, per steradian.
@@ -38,6 +41,29 @@ pub struct Step {
     pub throughput: f32,
     /// The luminance that the path had gathered when it set out.
     pub before: f32,
+}
+
+/// What a path has found in a direction that it went on in, for tables whose leaves are not known yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// As in [`Step`].
+    pub place: u32,
+    pub bin: u32,
+    pub norm: f32,
+    pub cosine: f32,
+    /// The luminance found; above 0.
+    pub found: f32,
+}
+
+/// The directions of a pilot one by one, in no particular order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcomes {
+    /// The place of every one, whatever it has led to.
+    pub places: Vec<u32>,
+    /// Those that have led to light.
+    pub outcomes: Vec<Outcome>,
+    /// Of each of these, the pixel of the pilot's grid and the luminance that it has brought there.
+    pub gains: Vec<(u32, f32)>,
 }
 
 /// Sums of one leaf.
@@ -65,7 +91,8 @@ impl Leaf {
         [count, irradiance, plain, mixed].into_iter().chain(bins).for_each(|sum| *sum /= 2);
     }
 
-    fn add(&mut self, other: &Leaf) {
+    /// Adds all of `other`.
+    pub fn add(&mut self, other: &Leaf) {
         self.count += other.count;
         self.irradiance = self.irradiance.saturating_add(other.irradiance);
         self.plain = self.plain.saturating_add(other.plain);
@@ -86,28 +113,56 @@ pub struct GuideRecords {
     /// Squares of what paths bring after their bounces at diffuse surfaces, over what their pixels show, as if directions had been
     /// drawn by the cosine: what there is for guiding to make less of.
     pub indirect: u64,
+    /// The directions one by one, where they are asked for.
+    pub outcomes: Option<Outcomes>,
 }
 
 /// `value` in `unit`, cut to an integer; 0 unless it is a finite number above 0.
-fn fixed(value: f32, unit: f32) -> u64 {
+pub fn fixed(value: f32, unit: f32) -> u64 {
     if value < f32::INFINITY { (value * unit) as u64 } else { 0 }
+}
+
+/// The square of what a path brings to its pixel over what that shows, cut.
+fn square_of_pixel(gain: f32, inverse: f32) -> f32 {
+    let part = gain * inverse;
+    min(part * part, MOST_OF_PIXEL)
+}
+
+impl Outcomes {
+    /// As [`GuideRecords::indirect`], of paths that were not guided, by what pixels are now known to show.
+    pub fn indirect(&self, inverse: &[f32]) -> u64 {
+        let squares = self.gains.iter().map(|&(pixel, gain)| square_of_pixel(gain, inverse[pixel as usize]));
+        squares.fold(0, |sum: u64, square| sum.saturating_add(fixed(square, SQUARE_UNIT)))
+    }
+
+    fn take(&mut self, other: &mut Outcomes) {
+        self.places.append(&mut other.places);
+        self.outcomes.append(&mut other.outcomes);
+        self.gains.append(&mut other.gains);
+    }
 }
 
 impl GuideRecords {
     /// No records yet, for so many leaves and pixels.
     pub fn new(leaves: usize, pixels: usize) -> GuideRecords {
-        GuideRecords { leaves: vec![Leaf::EMPTY; leaves], image: vec![0; pixels], indirect: 0 }
+        GuideRecords { leaves: vec![Leaf::EMPTY; leaves], image: vec![0; pixels], ..GuideRecords::default() }
     }
 
-    /// Notes a direction in leaf `leaf` that leads below the surface.
-    pub fn note_lost(&mut self, leaf: u32) {
+    /// Notes a direction at a place, in its leaf, that leads below the surface.
+    pub fn note_lost(&mut self, place: u32, leaf: u32) {
         self.leaves[leaf as usize].count += 1;
+        if let Some(outcomes) = &mut self.outcomes {
+            outcomes.places.push(place);
+        }
     }
 
-    /// Notes a step of a path whose luminance was `after` in the end and whose pixel shows one over `inverse`.
-    pub fn note(&mut self, guide: &Guide, step: &Step, after: f32, inverse: f32) {
+    /// Notes a step of a path of grid pixel `pixel` whose luminance was `after` in the end.
+    pub fn note(&mut self, guide: &Guide, step: &Step, after: f32, pixel: usize) {
         let leaf = &mut self.leaves[step.leaf as usize];
         leaf.count += 1;
+        if let Some(outcomes) = &mut self.outcomes {
+            outcomes.places.push(step.place);
+        }
         let gain = after - step.before;
         let found = gain / step.throughput;
         let value = found * step.cosine / step.pdf_dir;
@@ -118,6 +173,11 @@ impl GuideRecords {
         leaf.irradiance = leaf.irradiance.saturating_add(units);
         let bin = &mut leaf.bins[step.bin as usize];
         *bin = bin.saturating_add(units);
+        if let Some(outcomes) = &mut self.outcomes {
+            let Step { place, bin, norm, cosine, .. } = *step;
+            outcomes.outcomes.push(Outcome { place, bin, norm, cosine, found });
+            outcomes.gains.push((pixel as u32, gain));
+        }
         let pdf_cosine = step.cosine * INV_PI;
         let better = pdf_cosine / (PART * step.pdf_guide + (1.0 - PART) * pdf_cosine);
         let mean = guide.reflected[step.leaf as usize];
@@ -127,8 +187,7 @@ impl GuideRecords {
             leaf.plain = leaf.plain.saturating_add(fixed(square, SQUARE_UNIT));
             leaf.mixed = leaf.mixed.saturating_add(fixed(square * better, SQUARE_UNIT));
         }
-        let part = gain * inverse;
-        let square = min(part * part, MOST_OF_PIXEL) * step.pdf_dir / pdf_cosine;
+        let square = square_of_pixel(gain, guide.pixels.inverse[pixel]) * step.pdf_dir / pdf_cosine;
         self.indirect = self.indirect.saturating_add(fixed(square, SQUARE_UNIT));
     }
 
@@ -149,5 +208,8 @@ impl GuideRecords {
             *theirs = 0;
         }
         self.indirect = self.indirect.saturating_add(std::mem::take(&mut other.indirect));
+        if let (Some(mine), Some(theirs)) = (&mut self.outcomes, &mut other.outcomes) {
+            mine.take(theirs);
+        }
     }
 }

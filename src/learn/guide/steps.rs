@@ -38,7 +38,7 @@ impl StepRecords {
         let ends: Vec<(u32, f32)> = ends.map(|(pixel, radiance)| (pixel, luminance(radiance))).collect();
         for step in self.steps.drain(..) {
             let (pixel, after) = ends[step.path as usize];
-            self.records.note(guide, &step, after, pixels.inverse(pixel));
+            self.records.note(guide, &step, after, pixels.index(pixel));
         }
         for (pixel, after) in ends {
             self.records.note_path(pixels.index(pixel), after);

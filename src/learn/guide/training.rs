@@ -1,7 +1,8 @@
 //! The guide while it is trained: sums of all passes, the tree of leaves, and the tables frozen for the next pass.
 
 use crate::learn::guide::build::lobes;
-use crate::learn::guide::records::{GuideRecords, Leaf, SQUARE_UNIT, UNIT};
+use crate::learn::guide::pixels::inverse_pixels;
+use crate::learn::guide::records::{GuideRecords, Leaf, Outcomes, SQUARE_UNIT, UNIT};
 use crate::tables::guide::{CELL_BITS, CODES, FACES, GUIDED, Guide, Lobes, MOST_LEAVES};
 
 /// A leaf splits when it has seen more than this many directions times the root of the paths so far. (4: the same error; 2: 10 to
@@ -12,9 +13,27 @@ const LEAST_COUNT: u64 = 64;
 /// A leaf is guided where the second moment of what its directions bring is this much larger without. (1.05 costs a tenth of
 /// the error in a room lit through a door ajar.)
 const LEAST_GAIN: f64 = 1.0;
-/// To the expected image this part of its mean is added: black pixels are no reason to follow paths for ever. (0.02 and 0.3 are
-/// 5 % less efficient.)
-const LEAST_OF_MEAN: f64 = 0.1;
+
+/// Most directions that a leaf may have seen after so many paths before it splits.
+pub(super) fn most_directions(paths: u64) -> u64 {
+    SPLIT * paths.isqrt()
+}
+
+/// Whether guiding pays in a leaf.
+pub(super) fn pays(leaf: &Leaf) -> bool {
+    let Leaf { count, plain, mixed, .. } = *leaf;
+    count >= LEAST_COUNT && plain > 0 && plain as f64 > LEAST_GAIN * mixed as f64
+}
+
+/// Adds the next leaf's directions and radiance to `guide`.
+pub(super) fn freeze_leaf(guide: &mut Guide, leaf: &Leaf) {
+    let known = leaf.count >= LEAST_COUNT && leaf.irradiance > 0;
+    let lobes = if known { lobes(&leaf.bins) } else { Lobes::uniform() };
+    guide.densities.extend(lobes.densities());
+    guide.lobes.push(lobes);
+    let mean = leaf.irradiance as f64 / UNIT as f64 / leaf.count.max(1) as f64;
+    guide.reflected.push(if known { (mean / std::f64::consts::PI) as f32 } else { 0.0 });
+}
 
 /// The place of a leaf in the tree over Morton codes.
 #[derive(Clone, Copy, Debug)]
@@ -41,9 +60,22 @@ impl Training {
         Training { nodes, records: GuideRecords::new(FACES, (grid.0 * grid.1) as usize), paths: 0, grid }
     }
 
+    /// The same, of a pass that is asked what its directions have found one by one.
+    pub fn one_by_one(grid: (u32, u32)) -> Training {
+        let mut training = Training::new(grid);
+        training.records.outcomes = Some(Outcomes::default());
+        training
+    }
+
+    /// What all passes have told.
+    pub fn into_records(self) -> GuideRecords {
+        self.records
+    }
+
     /// Records of one thread for the next pass: empty.
     pub fn empty(&self) -> GuideRecords {
-        GuideRecords::new(self.nodes.len(), self.records.image.len())
+        let outcomes = self.records.outcomes.as_ref().map(|_| Outcomes::default());
+        GuideRecords { outcomes, ..GuideRecords::new(self.nodes.len(), self.records.image.len()) }
     }
 
     /// Adds the records of a pass, to be called for every thread.
@@ -67,26 +99,18 @@ impl Training {
     /// `guide`. `guides`: directions are to be guided where that pays.
     pub fn freeze(&mut self, guide: &mut Guide, spp: u32, guides: bool) {
         self.paths = u64::from(spp) * self.records.image.len() as u64;
-        let pays: Vec<bool> = (0..self.nodes.len()).map(|leaf| guides && self.pays(leaf)).collect();
-        let mut guided: Vec<bool> = pays;
+        let mut guided: Vec<bool> = (0..self.nodes.len()).map(|leaf| guides && self.pays(leaf)).collect();
         self.split(&mut guided);
         guide.lobes.clear();
         guide.densities.clear();
         guide.reflected.clear();
-        for leaf in &self.records.leaves {
-            let known = leaf.count >= LEAST_COUNT && leaf.irradiance > 0;
-            let lobes = if known { lobes(&leaf.bins) } else { Lobes::uniform() };
-            guide.densities.extend(lobes.densities());
-            guide.lobes.push(lobes);
-            let mean = leaf.irradiance as f64 / UNIT as f64 / leaf.count.max(1) as f64;
-            guide.reflected.push(if known { (mean / std::f64::consts::PI) as f32 } else { 0.0 });
-        }
+        self.records.leaves.iter().for_each(|leaf| freeze_leaf(guide, leaf));
         for (leaf, (node, guided)) in self.nodes.iter().zip(guided).enumerate() {
             let first = node.face * CODES + node.first;
             let places = first..first + (CODES >> node.depth);
             guide.leaves[places].fill(leaf as u16 | if guided { GUIDED } else { 0 });
         }
-        guide.pixels.inverse = self.image(spp);
+        guide.pixels.inverse = inverse_pixels(&self.records.image, self.grid, spp);
         // What was judged by older tables counts half as much as what the new ones will be judged by.
         for leaf in &mut self.records.leaves {
             (leaf.plain, leaf.mixed) = (leaf.plain / 2, leaf.mixed / 2);
@@ -96,14 +120,13 @@ impl Training {
 
     /// Whether guiding pays in a leaf.
     fn pays(&self, leaf: usize) -> bool {
-        let Leaf { count, plain, mixed, .. } = self.records.leaves[leaf];
-        count >= LEAST_COUNT && plain > 0 && plain as f64 > LEAST_GAIN * mixed as f64
+        pays(&self.records.leaves[leaf])
     }
 
     /// Halves leaves, along the next bit of the Morton code, until none has seen too many directions. Each half gets half of
     /// what was known.
     fn split(&mut self, guided: &mut Vec<bool>) {
-        let most = SPLIT * self.paths.isqrt();
+        let most = most_directions(self.paths);
         let mut at = 0;
         while at < self.nodes.len() {
             while self.records.leaves[at].count > most
@@ -122,34 +145,5 @@ impl Training {
             }
             at += 1;
         }
-    }
-
-    /// One over what pixels are expected to show: the paths' mean, spread over some pixels as long as it is noisy, and a part of
-    /// the whole image's mean.
-    fn image(&self, spp: u32) -> Vec<f32> {
-        let radius = match spp {
-            0..8 => 3,
-            8..32 => 2,
-            _ => 1,
-        };
-        let (columns, rows) = (self.grid.0 as usize, self.grid.1 as usize);
-        let scale = 1.0 / (UNIT as f64 * f64::from(spp.max(1)));
-        let sums: Vec<f64> = self.records.image.iter().map(|&sum| sum as f64 * scale).collect();
-        let mean = sums.iter().sum::<f64>() / sums.len() as f64;
-        // Rows first, then columns: a square's mean is that of its rows' means.
-        let range = |at: usize, end: usize| at.saturating_sub(radius)..(at + radius + 1).min(end);
-        let mean_of = |values: &mut dyn Iterator<Item = f64>, count: usize| values.sum::<f64>() / count as f64;
-        let by_row = |i: usize| {
-            let (y, near) = (i / columns, range(i % columns, columns));
-            mean_of(&mut near.clone().map(|x| sums[y * columns + x]), near.len())
-        };
-        let blurred: Vec<f64> = (0..columns * rows).map(by_row).collect();
-        let inverse = |i: usize| {
-            let (x, near) = (i % columns, range(i / columns, rows));
-            let shown = mean_of(&mut near.clone().map(|y| blurred[y * columns + x]), near.len());
-            let shown = shown + LEAST_OF_MEAN * mean;
-            if shown > 0.0 { (1.0 / shown).min(f64::from(f32::MAX)) as f32 } else { 0.0 }
-        };
-        (0..columns * rows).map(inverse).collect()
     }
 }
