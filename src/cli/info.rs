@@ -65,6 +65,9 @@ struct Info {
     light_selection_used: Option<String>,
     /// What learning them came to and cost; `null`: nothing was to be learned.
     learning: Option<Learning>,
+    /// The settings.
+    guide: &'static str,
+    roulette: &'static str,
     sampler: &'static str,
     /// `null`: unbounded.
     max_depth: Option<u32>,
@@ -119,6 +122,8 @@ fn gather(scene: &Scene, prepared: &PreparedScene, settings: &Settings, warnings
         light_selection: settings.lights.name(),
         light_selection_used: setup.samples_lights().then(|| selection_name(&setup.lights)),
         learning: setup.learning.clone(),
+        guide: settings.guide.name(),
+        roulette: settings.roulette.name(),
         sampler: settings.sampler.name(),
         max_depth: settings.max_depth,
         rr_depth: settings.rr_depth,
@@ -158,9 +163,13 @@ fn text(info: &Info) -> String {
                 None => format!("{} (not used: no light is sampled)", info.light_selection),
             },
         ),
+        row("guided directions", info.guide.to_string()),
         row("sampler", info.sampler.to_string()),
         row("max depth", depth(info.max_depth, "unbounded")),
-        row("roulette", info.rr_depth.map_or("off".to_owned(), |depth| format!("from depth {depth} on"))),
+        row(
+            "roulette",
+            info.rr_depth.map_or("off".to_owned(), |depth| format!("{}, from depth {depth} on", info.roulette)),
+        ),
         row("seed", info.seed.to_string()),
         row("samples a pixel", info.spp.to_string()),
     ]);

@@ -3,7 +3,7 @@
 use crate::cli::numbers::{percent, three_digits};
 use crate::film::RelativeError;
 use crate::render::Progress;
-use crate::settings::Settings;
+use crate::settings::{Settings, Train};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -29,6 +29,9 @@ impl Bar {
             bar.set_style(style);
         }
         let title = frame.map(|frame| format!("frame {frame}: ")).unwrap_or_default();
+        if settings.learns() && settings.train != Train::Off {
+            bar.set_message(format!("{title}training render"));
+        }
         Bar { bar, title, time: settings.time, target: settings.target_error }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::scene::camera::CameraPath;
 use crate::scene::transform::Transform;
-use crate::settings::{Lights, Sampler};
+use crate::settings::{Guide, Lights, Roulette, Sampler, Train};
 use crate::strategy::Strategy;
 
 pub use crate::scene::camera::CameraDesc;
@@ -271,6 +271,12 @@ pub struct RenderDesc {
     pub strategy: Option<Strategy>,
     /// Light selection.
     pub lights: Option<Lights>,
+    /// Whether directions are guided.
+    pub guide: Option<Guide>,
+    /// What roulette goes by.
+    pub roulette: Option<Roulette>,
+    /// How long the training render is.
+    pub train: Option<Train>,
     /// Sampler.
     pub sampler: Option<Sampler>,
     /// Largest number of scattering events.

@@ -478,7 +478,7 @@ fn info_lists_tables_plan_and_what_is_left_out() {
                 "strategy mis-power",
                 "light selection learned (here: uniform)",
                 "sampler sobol",
-                "roulette from depth 3 on",
+                "roulette auto, from depth 3 on",
             ],
         ),
         (

@@ -8,7 +8,7 @@ use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
 use crate::scene::transform;
 use crate::scene::transform::Similarity;
 use crate::scene::validate;
-use crate::settings::MAX_FILM_SIDE;
+use crate::settings::{MAX_FILM_SIDE, Train};
 use std::path::Path;
 use std::str::FromStr;
 use toml::Spanned;
@@ -256,7 +256,8 @@ fn parse_film(table: &Table<'_>) -> Result<((u32, u32), PixelFilter)> {
 }
 
 fn parse_render(table: &Table<'_>) -> Result<RenderDesc> {
-    table.check_keys(&["spp", "strategy", "lights", "sampler", "max_depth", "rr_depth", "seed"], &[])?;
+    let of_estimator = ["strategy", "lights", "guide", "roulette", "train", "sampler", "max_depth", "rr_depth", "seed"];
+    table.check_keys(&[&["spp"], &of_estimator[..]].concat(), &[])?;
     let rr_depth = match table.entries.get("rr_depth").map(|value| value.get_ref().as_str()) {
         None => None,
         Some(Some("off")) => Some(None),
@@ -267,21 +268,32 @@ fn parse_render(table: &Table<'_>) -> Result<RenderDesc> {
     };
     Ok(RenderDesc {
         spp: table.whole("spp", 1..=u32::MAX)?,
-        strategy: choice(table, "strategy", &[])?,
-        lights: choice(table, "lights", &["tree"])?,
-        sampler: choice(table, "sampler", &[])?,
+        strategy: choice(table, "strategy")?,
+        lights: choice(table, "lights")?,
+        guide: choice(table, "guide")?,
+        roulette: choice(table, "roulette")?,
+        train: parse_train(table)?,
+        sampler: choice(table, "sampler")?,
         max_depth: table.whole("max_depth", 0..=u32::MAX)?,
         rr_depth,
         seed: table.whole("seed", 0..=u32::MAX)?,
     })
 }
 
-/// One of the named choices of [`crate::settings`]; `later` are names that a later version brings.
-fn choice<T: FromStr<Err = String>>(table: &Table<'_>, key: &str, later: &[&str]) -> Result<Option<T>> {
+/// A number of paths, or a word.
+fn parse_train(table: &Table<'_>) -> Result<Option<Train>> {
+    match table.entries.get("train").map(|value| value.get_ref().is_str()) {
+        Some(true) => choice(table, "train"),
+        Some(false) => Ok(table.whole("train", 1..=u32::MAX)?.map(Train::Paths)),
+        None => Ok(None),
+    }
+}
+
+/// One of the named choices of [`crate::settings`].
+fn choice<T: FromStr<Err = String>>(table: &Table<'_>, key: &str) -> Result<Option<T>> {
     let Some(word) = table.string(key)? else { return Ok(None) };
     match word.parse() {
         Ok(choice) => Ok(Some(choice)),
-        Err(_) if later.contains(&word) => Err(table.not_yet(key, &format!("{key} = \"{word}\""))),
         Err(message) => Err(table.error_at(key, message)),
     }
 }

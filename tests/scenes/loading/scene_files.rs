@@ -2,7 +2,7 @@
 
 use super::common::*;
 use octray::scene::desc::{EnvironmentDesc, Scattering};
-use octray::{Lights, Sampler, Strategy};
+use octray::{Guide, Lights, Roulette, Sampler, Strategy, Train};
 
 /// `text` as the whole TOML fails with a message that has all `words`.
 fn fails(text: &str, words: &[&str]) {
@@ -34,6 +34,9 @@ height = 48
 spp = 7
 strategy = "nee"
 lights = "power"
+guide = "on"
+roulette = "albedo"
+train = 4096
 sampler = "sobol"
 max_depth = 0
 rr_depth = "off"
@@ -60,6 +63,8 @@ scale = 2
     );
     assert_eq!(render.strategy, Some(Strategy::Nee));
     assert_eq!((render.lights, render.sampler), (Some(Lights::Power), Some(Sampler::Sobol)));
+    let learning = (render.guide, render.roulette, render.train);
+    assert_eq!(learning, (Some(Guide::On), Some(Roulette::Albedo), Some(Train::Paths(4096))));
     assert_eq!(scene.materials[0].scattering, Scattering::Mirror { reflectance: [0.1, 0.2, 1.0] });
     assert_eq!(scene.materials[0].emission, [4.0, 5.0, 6.0]);
     assert_eq!(scene.environment(), Some(&EnvironmentDesc::Constant { radiance: [2.0, 0.0, 1.0] }));
@@ -74,6 +79,7 @@ fn silence_means_defaults() {
     assert!(warned(&scene, &["nothing emits", "black"]), "{:?}", scene.warnings);
     assert!(load_toml("[environment]\nradiance = [0, 0, 0]").unwrap().environment().is_none());
     assert_eq!(load_toml("[render]\nrr_depth = 3").unwrap().render.rr_depth, Some(Some(3)));
+    assert_eq!(load_toml("[render]\ntrain = 'off'").unwrap().render.train, Some(Train::Off));
     // Without a camera the scene is framed like a bare OBJ, and says so.
     let folder = Folder::new(&[("mesh.obj", TRIANGLE), ("scene.toml", "[[mesh]]\nobj = \"mesh.obj\"")]);
     assert!(warned(&folder.load("scene.toml").unwrap(), &["no camera"]));
@@ -136,6 +142,9 @@ fn values_out_of_range_are_refused_with_their_line() {
     }
     fails_below("[render]\nspp = 0", &["scene.toml:7:", "`spp` is 0", "1 to"]);
     fails_below("[render]\nseed = -1", &["scene.toml:7:", "`seed` is -1"]);
+    fails_below("[render]\ntrain = 0", &["scene.toml:7:", "`train` is 0"]);
+    fails_below("[render]\ntrain = 'long'", &["scene.toml:7:", "`auto` or `off`"]);
+    fails_below("[render]\nguide = 'maybe'", &["scene.toml:7:", "unknown", "auto"]);
     fails_below("[render]\nrr_depth = 'never'", &["scene.toml:7:", "\"off\""]);
     fails_below("[render]\nstrategy = 'mis'", &["scene.toml:7:", "unknown strategy `mis`", "mis-power"]);
     for albedo in ["[0, 0, 1.1]", "[-0.1, 0, 0]"] {
