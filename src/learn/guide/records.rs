@@ -91,6 +91,15 @@ impl Leaf {
         [count, irradiance, plain, mixed].into_iter().chain(bins).for_each(|sum| *sum /= 2);
     }
 
+    /// Adds the square of what a direction drawn with density `pdf_dir` has brought, over the mean, and of what it would have in
+    /// the mixture; both as if directions were drawn by the cosine.
+    pub fn judge(&mut self, ratio: f32, pdf_cosine: f32, pdf_dir: f32, pdf_guide: f32) {
+        let better = pdf_cosine / (PART * pdf_guide + (1.0 - PART) * pdf_cosine);
+        let square = min(ratio * ratio, MOST_OF_LEAF) * pdf_cosine / pdf_dir;
+        self.plain = self.plain.saturating_add(fixed(square, SQUARE_UNIT));
+        self.mixed = self.mixed.saturating_add(fixed(square * better, SQUARE_UNIT));
+    }
+
     /// Adds all of `other`.
     pub fn add(&mut self, other: &Leaf) {
         self.count += other.count;
@@ -179,13 +188,9 @@ impl GuideRecords {
             outcomes.gains.push((pixel as u32, gain));
         }
         let pdf_cosine = step.cosine * INV_PI;
-        let better = pdf_cosine / (PART * step.pdf_guide + (1.0 - PART) * pdf_cosine);
         let mean = guide.reflected[step.leaf as usize];
         if mean > 0.0 {
-            let ratio = found / mean;
-            let square = min(ratio * ratio, MOST_OF_LEAF) * pdf_cosine / step.pdf_dir;
-            leaf.plain = leaf.plain.saturating_add(fixed(square, SQUARE_UNIT));
-            leaf.mixed = leaf.mixed.saturating_add(fixed(square * better, SQUARE_UNIT));
+            leaf.judge(found / mean, pdf_cosine, step.pdf_dir, step.pdf_guide);
         }
         let square = square_of_pixel(gain, guide.pixels.inverse[pixel]) * step.pdf_dir / pdf_cosine;
         self.indirect = self.indirect.saturating_add(fixed(square, SQUARE_UNIT));

@@ -5,13 +5,10 @@
 //! even frames by what odd ones tell, and the other way round, so that no direction speaks for itself.
 
 use crate::learn::guide::build::lobes;
-use crate::learn::guide::records::{Leaf, Outcome, Outcomes, SQUARE_UNIT, UNIT, fixed};
+use crate::learn::guide::records::{Leaf, Outcome, Outcomes, UNIT, fixed};
 use crate::learn::guide::training::{freeze_leaf, most_directions, pays};
-use crate::math::{INV_PI, min};
-use crate::tables::guide::{BINS, CELL_BITS, CODES, FACES, GUIDED, Guide, Lobes, MOST_LEAVES, PART};
-
-/// Most that the square of what a path finds counts, over that of its leaf's mean.
-const MOST_OF_LEAF: f32 = 1_048_576.0;
+use crate::math::INV_PI;
+use crate::tables::guide::{BINS, CELL_BITS, CODES, FACES, GUIDED, Guide, Lobes, MOST_LEAVES};
 
 /// Places `first .. first + (CODES >> depth)`.
 #[derive(Clone, Copy, Debug)]
@@ -120,11 +117,7 @@ fn judge(leaf: &mut Leaf, outcome: &Outcome, density: f32) {
     let mean = (leaf.irradiance as f64 / UNIT as f64 / leaf.count as f64) as f32 * INV_PI;
     let pdf_guide = density / (outcome.norm * outcome.norm * outcome.norm);
     let pdf_cosine = outcome.cosine * INV_PI;
-    let better = pdf_cosine / (PART * pdf_guide + (1.0 - PART) * pdf_cosine);
-    let ratio = outcome.found / mean;
-    let square = min(ratio * ratio, MOST_OF_LEAF);
-    leaf.plain = leaf.plain.saturating_add(fixed(square, SQUARE_UNIT));
-    leaf.mixed = leaf.mixed.saturating_add(fixed(square * better, SQUARE_UNIT));
+    leaf.judge(outcome.found / mean, pdf_cosine, pdf_cosine, pdf_guide);
 }
 
 #[cfg(test)]
