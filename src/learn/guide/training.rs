@@ -19,10 +19,10 @@ pub(super) fn most_directions(paths: u64) -> u64 {
     SPLIT * paths.isqrt()
 }
 
-/// Whether guiding pays in a leaf.
-pub(super) fn pays(leaf: &Leaf) -> bool {
+/// Whether guiding pays in a leaf: the second moment without is more than `least` times that with it.
+pub(super) fn pays(leaf: &Leaf, least: f64) -> bool {
     let Leaf { count, plain, mixed, .. } = *leaf;
-    count >= LEAST_COUNT && plain > 0 && plain as f64 > LEAST_GAIN * mixed as f64
+    count >= LEAST_COUNT && plain > 0 && plain as f64 > least * mixed as f64
 }
 
 /// Adds the next leaf's directions and radiance to `guide`.
@@ -120,7 +120,7 @@ impl Training {
 
     /// Whether guiding pays in a leaf.
     fn pays(&self, leaf: usize) -> bool {
-        pays(&self.records.leaves[leaf])
+        pays(&self.records.leaves[leaf], LEAST_GAIN)
     }
 
     /// Halves leaves, along the next bit of the Morton code, until none has seen too many directions. Each half gets half of
