@@ -111,7 +111,7 @@ impl FrameArgs {
 
     /// The camera of `scene` in `frame`; that of an image by itself where it does not move, or in no frame.
     pub fn camera(&self, scene: &SceneDesc, frame: Option<u32>) -> CameraDesc {
-        let at = frame.and_then(|frame| scene.camera_path.at(f64::from(frame) / self.fps));
+        let at = frame.and_then(|frame| scene.camera_path.at_frame(i64::from(frame), self.fps));
         at.unwrap_or(scene.camera)
     }
 

@@ -15,8 +15,10 @@
 //! **Laws.**
 //!
 //! 1. A picture depends on its recipe alone. Tables are a function of scene, camera, film size, strategy, depths, sampler, seed
-//!    and the length of the training: never of samples a pixel, crop, time limit, resume, threads or engine. So the pilot goes
-//!    over a grid of its own on the whole film ([`pilot`]), with fixed numbers of samples, and its image is thrown away.
+//!    and the length of the training (those of a frame also of the cameras of the frames before it, of as many whatever is
+//!    rendered: [`crate::render::sequence`]); never of samples a pixel, crop, time limit, resume, threads or engine. So the
+//!    pilot goes over a grid of its own on the whole film ([`pilot`]), with fixed numbers of samples, and its image is thrown
+//!    away.
 //! 2. Its random numbers are scrambled by a seed of its own ([`pilot::SCRAMBLE`]): no sample of the picture has shaped its own
 //!    density, so the picture is unbiased.
 //! 3. Tables are frozen while a pass runs. Choosing a light and the density of having chosen it look up the same word.

@@ -74,7 +74,7 @@ impl<'a> Sequence<'a> {
 
     /// The camera of a frame.
     pub fn camera(&self, frame: i64) -> CameraDesc {
-        self.path.at(frame as f64 / self.fps).unwrap_or(self.scene.camera)
+        self.path.at_frame(frame, self.fps).unwrap_or(self.scene.camera)
     }
 
     /// The cameras of all frames whose pilots a frame learns from, its own last.

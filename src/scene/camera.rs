@@ -106,6 +106,11 @@ impl CameraPath {
         }
     }
 
+    /// The camera of a frame, `fps` of them a second; `None` where it has no keys.
+    pub fn at_frame(&self, frame: i64, fps: f64) -> Option<CameraDesc> {
+        self.at(frame as f64 / fps)
+    }
+
     /// The camera between key `left` and the next, at a share in [0, 1) of the way.
     fn between(&self, left: usize, part: f64) -> CameraDesc {
         let [a, b] = [self.0[left].camera, self.0[left + 1].camera];
