@@ -72,6 +72,8 @@ pub enum Fault {
     ScalarDensity,
     /// Packets alone: survivors of Russian roulette gain 1 % too little.
     BiasedRoulette,
+    /// Packets alone: shadow rays that roulette lets be traced do not stand for those that it ends.
+    ForgottenShadowRays,
     /// Surfaces reflect a hundredth less than they say.
     LossySurfaces,
     /// Rays start 1e-4 units off every surface.

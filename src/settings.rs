@@ -16,6 +16,16 @@ named_choice! {
         /// By the tree, its clusters weighed by what their samples turned out to be worth in a training render
         /// ([`crate::learn`]); where that would not pay, by the tree alone. The default.
         Learned = "learned",
+        /// By the tree, its clusters weighed by how often a training render has found their places visible, which also ends
+        /// shadow rays by roulette (Guo, Eisemann and Eisemann 2020: [`crate::learn::visibility`]); for comparison.
+        NeePlusPlus = "nee-plus-plus",
+    }
+}
+
+impl Lights {
+    /// Whether a training render comes first.
+    pub fn learns(self) -> bool {
+        matches!(self, Lights::Learned | Lights::NeePlusPlus)
     }
 }
 
@@ -68,7 +78,7 @@ named_choice! {
     }
 }
 
-/// How long the training render is, before a render that learns ([`Lights::Learned`], [`Guide`], [`Roulette::Learned`]).
+/// How long the training render is, before a render that learns ([`Lights::learns`], [`Guide`], [`Roulette::Learned`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Train {
     /// As the size of the film suggests.
@@ -179,12 +189,12 @@ impl Settings {
 
     /// Whether anything is to be learned, unless training is switched off.
     pub fn learns(&self) -> bool {
-        self.lights == Lights::Learned || self.guide != Guide::Off || self.roulette == Roulette::Learned
+        self.lights.learns() || self.guide != Guide::Off || self.roulette == Roulette::Learned
     }
 
     /// The same without anything learned: what would be is as in [`Settings::plain`].
     pub fn without_learning(self) -> Settings {
-        let lights = if self.lights == Lights::Learned { Lights::Tree } else { self.lights };
+        let lights = if self.lights.learns() { Lights::Tree } else { self.lights };
         let roulette = match self.roulette {
             Roulette::Auto | Roulette::Learned => Roulette::Throughput,
             roulette => roulette,

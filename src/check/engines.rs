@@ -197,6 +197,7 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
             ],
         ),
         (ScalarDensity, &["engines/paths_in_closed_meshes", "engines/geometry"]),
+        (ForgottenShadowRays, &["engines/strategies_lights_and_samplers"]),
         (BlindWalk, &["engines/walks"]),
     ]
 };

@@ -323,7 +323,7 @@ mod tests {
         let error = named::<Lights>("treee", &[]).unwrap_err();
         assert_eq!(
             error,
-            "unknown light selection `treee` (did you mean `tree`?); known: uniform, power, tree, learned"
+            "unknown light selection `treee` (did you mean `tree`?); known: uniform, power, tree, learned, nee-plus-plus"
         );
         assert!(!named::<Lights>("magic", &[]).unwrap_err().contains("did you mean"));
         assert_eq!(named::<Lights>("tree", &[]), Ok(Lights::Tree));

@@ -10,7 +10,7 @@
 //!
 //! Learning where light comes from goes back to Vevoda, Kondapaneni and Krivanek ("Bayesian Online Regression for Adaptive
 //! Direct Illumination Sampling", SIGGRAPH 2018); learned visibility to Guo, Eisemann and Eisemann ("Next Event Estimation++",
-//! 2020).
+//! 2020), which [`visibility`] is a variant of, for comparison.
 //!
 //! **Laws.**
 //!
@@ -33,3 +33,4 @@ pub mod guide;
 pub mod outcome;
 pub mod pilot;
 pub mod records;
+pub mod visibility;

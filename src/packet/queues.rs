@@ -5,6 +5,7 @@ use crate::bvh::ray::{HitQueue, RayQueue};
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 use crate::learn::guide::steps::StepRecords;
 use crate::learn::records::{Lesson, LightRecords};
+use crate::learn::visibility::records::VisibilityRecords;
 use crate::tables::materials::PerKind;
 
 /// [`PathQueue::slot`], bit 31: emission found by this ray counts 1 (camera ray, or the last lobe was a delta).
@@ -356,6 +357,8 @@ pub struct TileState {
     pub shadow: ShadowQueue,
     /// What light samples were worth, if this is a training render.
     pub records: Option<LightRecords>,
+    /// Which cells see each other, if this is a training render.
+    pub sightings: Option<VisibilityRecords>,
     /// What directions have found, if this is a training render.
     pub steps: Option<StepRecords>,
     /// The paths of the tile.
@@ -383,6 +386,7 @@ impl TileState {
                 size(needs.shadow && needs.alpha_masks),
             ),
             records: None,
+            sightings: None,
             steps: None,
             slots: Slots::new(capacity, needs),
             scratch: Default::default(),

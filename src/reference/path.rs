@@ -8,6 +8,7 @@ use super::intersect::{Hit, Ray, intersect_where, occluded_where, stack};
 use super::lights::factors::place;
 use super::lights::sample::{LightSample, emitted, environment_in_direction, light_pdf_dir, sample_light};
 use super::lights::tree::Receiver;
+use super::lights::visibility::survivor;
 use super::observer::{Bounce, Choice, CompensatedSum, Event, Found, Observer, Path};
 use super::surface::surface_point_on;
 use super::texture::look_up;
@@ -168,6 +169,12 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             let choice = Choice { lights: &setup.lights, point: &point, place, word: draws.select };
             if wanted && light.is_none() {
                 observer.note(&path, Event::LightIdle(choice, "light and surface do not face each other"));
+            }
+            // Roulette of its shadow ray
+            let found = light.is_some();
+            let light = light.and_then(|light| survivor(&setup.lights, point.origin, light, draws.roulette() as Real));
+            if found && light.is_none() {
+                observer.note(&path, Event::LightIdle(choice, "roulette has ended its shadow ray"));
             }
             if let Some(light) = light {
                 let (f_cosine, pdf_bsdf) = bsdf::evaluate(material, point.normal, ray.direction, light.direction);

@@ -4,11 +4,13 @@ use super::guide::{bin, luminance};
 use super::lights::choose::{Light, choose};
 use super::lights::factors::factors;
 use super::lights::tree::{Receiver, importance, shares};
+use super::lights::visibility::pair;
 use super::observer::{Choice, Event, Observer, Path};
 use super::{Real, Vec3};
 use crate::learn::guide::records::Step;
 use crate::learn::guide::steps::StepRecords;
 use crate::learn::records::{CAP, Lesson, LightRecords, PLAIN_UNIT, SQUARE_UNIT, Visit};
+use crate::learn::visibility::records::VisibilityRecords;
 use crate::setup::Setup;
 use crate::tables::guide::SIDE;
 use crate::tables::lights::learned::NO_SLOT;
@@ -21,6 +23,8 @@ pub struct Recorder<'a> {
     pub setup: &'a Setup<'a>,
     /// Where light samples go to.
     pub lights: Option<&'a mut LightRecords>,
+    /// Where shadow rays go to, whether they are free.
+    pub sightings: Option<&'a mut VisibilityRecords>,
     /// Where directions go to.
     pub steps: Option<&'a mut StepRecords>,
     /// The direction drawn last, until the path has gone on in it.
@@ -57,6 +61,11 @@ impl Observer for Recorder<'_> {
                 // Without the path's throughput: what the place makes of the light, however the path got there.
                 let gain: Vec3 = f_cosine * light.radiance * (weight / light.pdf_dir);
                 self.note_light(&choice, gain.x + gain.y + gain.z, !blocked);
+                if let (Some(records), Some(visibility)) = (&mut self.sightings, &choice.lights.visibility)
+                    && let Some(pair) = pair(visibility, choice.point.origin, light)
+                {
+                    records.note(pair, !blocked);
+                }
             }
             Event::Lost(Some(place), _) if !last => {
                 if let Some(steps) = &mut self.steps {

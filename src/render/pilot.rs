@@ -10,6 +10,8 @@ use crate::learn::guide::training::Training;
 use crate::learn::outcome::{GuideLearning, Learning};
 use crate::learn::pilot::{LEAST_INDIRECT, PASSES, SCRAMBLE, grid, guided_samples};
 use crate::learn::records::LightRecords;
+use crate::learn::visibility;
+use crate::learn::visibility::records::VisibilityRecords;
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
 use crate::packet::queues::TileState;
@@ -26,6 +28,7 @@ use crate::tables::PreparedScene;
 use crate::tables::lights::learned::LearnedLights;
 use crate::tables::lights::table::Selection;
 use crate::tables::lights::tree::LightTree;
+use crate::tables::lights::visibility::Visibility;
 use crate::tables::materials::MaterialKind;
 
 /// The render that `settings` ask for, with what is to be learned for it.
@@ -50,6 +53,8 @@ pub fn train(setup: &mut Setup, settings: &Settings) {
 pub(super) struct Wanted<'t> {
     /// Which lights matter where: factors for this tree.
     pub tree: Option<&'t LightTree>,
+    /// Which cells see each other: for roulette of shadow rays, and the factors come of this.
+    pub visibility: bool,
     /// Where light comes from.
     pub guides: bool,
     /// Why what is not to be learned is not.
@@ -59,13 +64,13 @@ pub(super) struct Wanted<'t> {
 impl<'t> Wanted<'t> {
     /// What `settings`, which learn something, and the scene suggest.
     pub fn new(setup: &Setup<'t>, settings: &Settings) -> Wanted<'t> {
-        let lights = settings.lights == Lights::Learned;
+        let lights = settings.lights.learns();
         let guides = settings.guide != Guide::Off || settings.roulette == Roulette::Learned;
         let none = |lights_why: &str, guide_why: &str| Learning {
             guide: guides.then(|| GuideLearning::none(guide_why)),
             ..Learning::none(if lights { lights_why } else { "not asked for" })
         };
-        let nothing = |learning: Learning| Wanted { tree: None, guides: false, learning };
+        let nothing = |learning: Learning| Wanted { tree: None, visibility: false, guides: false, learning };
         if settings.train == Train::Off {
             return nothing(none("training is switched off", "training is switched off"));
         }
@@ -76,19 +81,23 @@ impl<'t> Wanted<'t> {
             Selection::Tree(tree) if lights && setup.samples_lights() => Some(tree),
             _ => None,
         };
+        let by_visibility = settings.lights == Lights::NeePlusPlus;
+        let visibility = by_visibility && setup.samples_lights() && !setup.lights.records.is_empty();
         let no_tree = match (&tree, setup.samples_lights()) {
             (Some(_), _) => "",
+            (None, true) if visibility => "",
+            (None, true) if by_visibility => "there is no light but the environment",
             (None, true) => "there is nothing to choose from",
             (None, false) => "no light is sampled",
         };
         let no_guide = guides.then(|| no_guide(setup, settings)).flatten();
         let learning = none(no_tree, no_guide.unwrap_or_default());
-        Wanted { tree, guides: guides && no_guide.is_none(), learning }
+        Wanted { tree, visibility, guides: guides && no_guide.is_none(), learning }
     }
 
     /// Whether nothing is.
     pub fn is_nothing(&self) -> bool {
-        self.tree.is_none() && !self.guides
+        self.tree.is_none() && !self.visibility && !self.guides
     }
 }
 
@@ -98,9 +107,15 @@ fn learn(setup: &mut Setup, settings: &Settings) -> Learning {
         Some(grid) if !wanted.is_nothing() => grid,
         _ => return wanted.learning,
     };
-    let Wanted { tree, guides, mut learning } = wanted;
+    let Wanted { tree, visibility, guides, mut learning } = wanted;
     let mut pilot = Pilot::new(setup, settings, grid, tree, guides);
+    if visibility {
+        pilot.see();
+    }
     pilot.first_stage();
+    if let Some(records) = pilot.sightings.take() {
+        visibility::build::judge(&mut pilot.setup.lights, &records, &mut learning);
+    }
     if let Some(records) = pilot.lights.take() {
         judge_lights(&mut pilot.setup.lights.learned, &records, &mut learning);
     }
@@ -175,6 +190,8 @@ pub(super) struct Pilot<'s, 'a> {
     threads: usize,
     /// Of light samples, where they are learned.
     pub lights: Option<LightRecords>,
+    /// Of shadow rays, where it is learned which cells see each other.
+    sightings: Option<VisibilityRecords>,
     /// Of directions, where they are learned.
     pub training: Option<Training>,
     /// Second moment of what the paths of the last pass have brought after their bounces, over what their pixels show.
@@ -202,6 +219,7 @@ impl<'s, 'a> Pilot<'s, 'a> {
         setup.guide = guides.then(|| tables::guide::Guide::new(setup.scene, grid));
         Pilot {
             lights: setup.lights.learned.as_ref().map(LightRecords::new),
+            sightings: None,
             training: guides.then(|| Training::new(grid)),
             setup,
             grid,
@@ -213,6 +231,13 @@ impl<'s, 'a> Pilot<'s, 'a> {
             seed,
             roulette,
         }
+    }
+
+    /// Learns which cells see each other, and nothing else of the lights.
+    fn see(&mut self) {
+        self.lights = None;
+        self.sightings = Some(VisibilityRecords::default());
+        self.setup.lights.visibility = Some(Visibility::new(self.setup.scene));
     }
 
     /// Paths as they are without anything learned but lights: they tell what learning would be worth.
@@ -260,6 +285,9 @@ impl<'s, 'a> Pilot<'s, 'a> {
         if let (Some(records), Some(learned)) = (&self.lights, &mut self.setup.lights.learned) {
             learned.learn(records);
         }
+        if let Some(records) = &self.sightings {
+            visibility::build::weigh(self.setup.scene, &mut self.setup.lights, records);
+        }
         if let (Some(training), Some(guide)) = (&mut self.training, &mut self.setup.guide) {
             self.indirect = training.indirect(to);
             training.freeze(guide, to, guides);
@@ -275,6 +303,7 @@ impl<'s, 'a> Pilot<'s, 'a> {
         let worker = || Worker {
             state: (self.engine == Engine::Packet).then(|| plan.tile_state(PATHS_AT_ONCE)),
             lights: self.lights.as_ref().and(self.setup.lights.learned.as_ref()).map(LightRecords::new),
+            sightings: self.sightings.as_ref().map(|_| VisibilityRecords::default()),
             steps: self.training.as_ref().map(|training| StepRecords::new(training.empty())),
         };
         let threads = thread_count(self.threads).min(tiles.len());
@@ -297,6 +326,9 @@ impl<'s, 'a> Pilot<'s, 'a> {
         }
         for worker in &mut workers {
             if let (Some(all), Some(records)) = (&mut self.lights, &mut worker.lights) {
+                all.take(records);
+            }
+            if let (Some(all), Some(records)) = (&mut self.sightings, &mut worker.sightings) {
                 all.take(records);
             }
             if let (Some(training), Some(steps)) = (&mut self.training, &mut worker.steps) {
@@ -351,6 +383,7 @@ fn cut((columns, rows): (u32, u32), (width, height): (u32, u32)) -> Vec<Crop> {
 struct Worker {
     state: Option<TileState>,
     lights: Option<LightRecords>,
+    sightings: Option<VisibilityRecords>,
     steps: Option<StepRecords>,
 }
 
@@ -358,8 +391,8 @@ impl Worker {
     /// Takes samples `range` of the pixels of `tile`.
     fn run(&mut self, setup: &Setup, plan: &Plan, tile: Crop, range: std::ops::Range<u32>) {
         let Some(state) = &mut self.state else {
-            let (lights, steps) = (self.lights.as_mut(), self.steps.as_mut());
-            let mut recorder = single::recorder::Recorder { setup, lights, steps, step: None };
+            let (lights, sightings, steps) = (self.lights.as_mut(), self.sightings.as_mut(), self.steps.as_mut());
+            let mut recorder = single::recorder::Recorder { setup, lights, sightings, steps, step: None };
             for (y, x) in (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (y, x))) {
                 let (x, y) = (tile.x + x, tile.y + y);
                 for sample in range.clone() {
@@ -370,6 +403,7 @@ impl Worker {
             return;
         };
         (state.records, state.steps) = (self.lights.take(), self.steps.take());
+        state.sightings = self.sightings.take();
         let at_once = (PATHS_AT_ONCE as u32 / (tile.width * tile.height)).max(1);
         let mut pixel_of_slot = Vec::new();
         for first in range.clone().step_by(at_once as usize) {
@@ -378,5 +412,6 @@ impl Worker {
             trace_paths(setup, plan, state, &mut Counters::default());
         }
         (self.lights, self.steps) = (state.records.take(), state.steps.take());
+        self.sightings = state.sightings.take();
     }
 }

@@ -25,7 +25,7 @@ use crate::render::pilot::{Pilot, Wanted, bytes, guides, judge_lights, roulette,
 use crate::render::{Progress, Render, render_trained, train_and_render};
 use crate::scene::camera::CameraPath;
 use crate::scene::desc::CameraDesc;
-use crate::settings::{Roulette, Settings};
+use crate::settings::{Lights, Roulette, Settings};
 use crate::setup::Setup;
 use crate::tables::PreparedScene;
 use crate::tables::guide::Guide;
@@ -96,7 +96,8 @@ impl<'a> Sequence<'a> {
         let preparing = Stopwatch::start();
         let mut setup = Setup::seen_by(self.scene, &own, &camera);
         let setup_s = preparing.wall_seconds();
-        if self.train_frames == 1 {
+        // A map of visibility is made of one pilot's records: each frame makes its own.
+        if self.train_frames == 1 || settings.lights == Lights::NeePlusPlus {
             return train_and_render(setup, &own, start, progress, setup_s);
         }
         let watch = Stopwatch::start();
@@ -130,7 +131,7 @@ impl<'a> Sequence<'a> {
         }
         let pilots = || self.pilots.values();
         let paths = u64::from(grid.0) * u64::from(grid.1) * u64::from(spp) * self.pilots.len() as u64;
-        let Wanted { tree, guides: directions, mut learning } = wanted;
+        let Wanted { tree, guides: directions, mut learning, .. } = wanted;
         (learning.grid, learning.paths, learning.frames) = (Some(grid), paths, self.train_frames);
         if let Some(tree) = tree {
             let mut learned = LearnedLights::new(self.scene, tree);

@@ -47,7 +47,7 @@ pub struct LightDraws<W, T> {
     pub select: W,
     /// The point on the light.
     pub point: [T; 2],
-    /// The top bit is the coin of the one-sample strategy, the others are the fork.
+    /// The top bit is the coin of the one-sample strategy, the others are the fork, or roulette's.
     last: W,
 }
 
@@ -129,6 +129,10 @@ impl LightDraws<u32, f32> {
     pub fn fork(&self) -> u32 {
         self.last << 1
     }
+    /// Plays roulette of the shadow ray, if the sample went to an emitter: then nothing else reads these bits.
+    pub fn roulette(&self) -> f32 {
+        unit(self.last << 1)
+    }
 }
 
 impl LightDraws<U32x8, F32x8> {
@@ -141,5 +145,10 @@ impl LightDraws<U32x8, F32x8> {
     #[inline(always)]
     pub fn fork(&self) -> U32x8 {
         self.last << 1
+    }
+    /// Plays roulette of shadow rays, in lanes whose sample went to an emitter: there nothing else reads these bits.
+    #[inline(always)]
+    pub fn roulette(&self) -> F32x8 {
+        unit_x8(self.last << 1)
     }
 }

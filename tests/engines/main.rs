@@ -20,3 +20,4 @@ mod smooth;
 mod solid_angle;
 mod sums;
 mod textures;
+mod visibility;

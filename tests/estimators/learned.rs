@@ -33,8 +33,8 @@ fn over(renders: impl Iterator<Item = Vec<f64>>) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// How far renders that learn are from renders that do not, in standard errors: of each block, then of the film.
-fn distances(scene: &PreparedScene, settings: &Settings) -> Vec<f64> {
+/// How far renders that learn for `lights` are from renders that do not, in standard errors: of each block, then of the film.
+fn distances(scene: &PreparedScene, settings: &Settings, lights: Lights) -> Vec<f64> {
     let used = std::cell::Cell::new(0);
     let with = |lights: Lights, spp: u32, seeds: u32| {
         over((0..seeds).map(|seed| {
@@ -43,7 +43,7 @@ fn distances(scene: &PreparedScene, settings: &Settings) -> Vec<f64> {
             means(&render.film)
         }))
     };
-    let learned = with(Lights::Learned, 4, SEEDS);
+    let learned = with(lights, 4, SEEDS);
     // A training this short may foresee too little now and then.
     assert!(used.get() > SEEDS * 3 / 4, "learning has paid {} of {SEEDS} times", used.get());
     let tree = with(Lights::Tree, 128, 8);
@@ -54,6 +54,16 @@ fn distances(scene: &PreparedScene, settings: &Settings) -> Vec<f64> {
 /// show beyond their errors. With fixed seeds; each of the two bounds would fail a sound program once in 1,000 choices of them.
 #[test]
 fn learned_choice_is_unbiased() {
+    check_means(Lights::Learned);
+}
+
+/// The same where visibility weighs the choice, and shadow rays survive roulette by it.
+#[test]
+fn roulette_of_shadow_rays_is_unbiased() {
+    check_means(Lights::NeePlusPlus);
+}
+
+fn check_means(lights: Lights) {
     for (sky, strategy, sampler) in [
         (false, Strategy::MisPower, Sampler::Sobol),
         (true, Strategy::MisPower, Sampler::Independent),
@@ -68,11 +78,11 @@ fn learned_choice_is_unbiased() {
             engine: Engine::Packet,
             ..small(SIDE, SIDE, 1)
         };
-        let distances = distances(&scene, &settings);
+        let distances = distances(&scene, &settings, lights);
         let (film, blocks) = distances.split_last().expect("blocks and the film");
         // The mean square of 16 numbers with errors told by 60 and 8 renders is below 3.2 in all but 0.1 % of cases.
         let square = blocks.iter().map(|z| z * z).sum::<f64>() / blocks.len() as f64;
-        assert!(film.abs() < 4.0, "{strategy}, {sampler}: the film is {film:.1} standard errors off");
-        assert!(square < 3.2, "{strategy}, {sampler}: mean square {square:.2} of {blocks:.1?}");
+        assert!(film.abs() < 4.0, "{lights}, {strategy}, {sampler}: the film is {film:.1} standard errors off");
+        assert!(square < 3.2, "{lights}, {strategy}, {sampler}: mean square {square:.2} of {blocks:.1?}");
     }
 }

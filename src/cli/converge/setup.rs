@@ -204,7 +204,7 @@ fn case(scene: &Scene, name: &str, light: String, args: &ConvergeArgs) -> Result
 /// How a reference is rendered: by the strategy that loses least anywhere, in the fast engine, with nothing learned.
 pub fn reference_configuration(experiment: &Experiment) -> Configuration {
     let Settings { lights, sampler, .. } = experiment.settings;
-    let lights = if lights == Lights::Learned { Lights::Tree } else { lights };
+    let lights = if lights.learns() { Lights::Tree } else { lights };
     let Settings { strategy, engine, guide, .. } = Settings::plain();
     Configuration { strategy, lights, guide, sampler, engine }
 }

@@ -4,16 +4,22 @@ use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
 use crate::tables::lights::learned::{FACES, Grid, LearnedLights, MIRROR_BINS};
 use crate::tables::lights::tree::WIDTH;
 
-/// Keys of eight hits at `origin`, where the surface has the unit normal `normal`; `incoming`: of glossy surfaces, the
-/// directions of the rays that hit.
+/// The cells that eight points are in, or the nearest ones.
 #[inline(always)]
-pub fn keys(grid: &Grid, origin: Vec3x8, normal: Vec3x8, incoming: Option<Vec3x8>) -> U32x8 {
+pub fn cells(grid: &Grid, point: Vec3x8) -> U32x8 {
     let axis = |x: F32x8, i: usize| {
         let along = (x - F32x8::splat(grid.low[i])) * F32x8::splat(grid.scale);
         U32x8::from_f32(along.max(F32x8::ZERO).min(F32x8::splat((grid.size[i] - 1) as f32)))
     };
     let [columns, rows, _] = grid.size.map(U32x8::splat);
-    let cell = (axis(origin.z, 2) * rows + axis(origin.y, 1)) * columns + axis(origin.x, 0);
+    (axis(point.z, 2) * rows + axis(point.y, 1)) * columns + axis(point.x, 0)
+}
+
+/// Keys of eight hits at `origin`, where the surface has the unit normal `normal`; `incoming`: of glossy surfaces, the
+/// directions of the rays that hit.
+#[inline(always)]
+pub fn keys(grid: &Grid, origin: Vec3x8, normal: Vec3x8, incoming: Option<Vec3x8>) -> U32x8 {
+    let cell = cells(grid, origin);
     let Some(incoming) = incoming else {
         let (face, _) = face(normal);
         return cell * U32x8::splat(FACES) + face;

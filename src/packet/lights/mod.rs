@@ -7,3 +7,4 @@ pub mod learn;
 pub mod sample;
 pub mod tree;
 pub mod triangle;
+pub mod visibility;

@@ -6,6 +6,7 @@ use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 use crate::packet::alpha_masks::pass_alpha_masks;
 use crate::packet::context::StageContext;
 use crate::packet::counters::Counters;
+use crate::packet::lights::visibility::record;
 use crate::packet::queues::{ShadowQueue, TileState};
 use crate::tables::lights::targets::MISSED;
 
@@ -35,7 +36,7 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
     state: &mut TileState,
     counters: &mut Counters,
 ) {
-    let TileState { shadow, slots, passing, scratch, records, .. } = state;
+    let TileState { shadow, slots, passing, scratch, records, sightings, .. } = state;
     counters.rays.shadow += shadow.len as u64;
     let ShadowQueue { rays, target, before, blocked, hits, len, .. } = shadow;
     let targets = &context.setup.lights.targets;
@@ -84,6 +85,9 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
         for (row, lesson) in shadow.lessons.drain(..).enumerate() {
             records.note(&lesson, shadow.blocked[row / LANES] >> (row % LANES) & 1 == 0);
         }
+    }
+    if let (Some(records), Some(visibility)) = (sightings, &context.setup.lights.visibility) {
+        record(visibility, &shadow.rays, &shadow.blocked, shadow.len, records);
     }
 }
 

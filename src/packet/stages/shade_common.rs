@@ -9,6 +9,7 @@ use crate::packet::lights::factors::keys;
 use crate::packet::lights::learn::{Samples, record};
 use crate::packet::lights::sample::{LightSamples, sample_lights};
 use crate::packet::lights::tree::Receivers;
+use crate::packet::lights::visibility::play_roulette;
 use crate::packet::mis;
 use crate::packet::queues::{PathQueue, ShadowQueue, Slots, SurfaceQueue, append_rays};
 use crate::packet::surface::{Found, SurfacePoints, surface_points_on};
@@ -81,17 +82,20 @@ pub(super) struct DirectLight {
 #[inline(always)]
 pub(super) fn draw_light<const DETAIL: bool>(context: &StageContext, coin: bool, hits: &Hits) -> DirectLight {
     let lights = &context.setup.lights;
-    let draws = if coin || lights.environment.is_some() {
+    let draws = if coin || lights.environment.is_some() || lights.visibility.is_some() {
         hits.numbers.light::<ALL_WORDS>(context.depth)
     } else {
         hits.numbers.light::<LIGHT_WORDS>(context.depth)
     };
     let chosen = if coin { draws.coin() } else { Mask8::NONE };
     let wanted = if coin { hits.active & chosen } else { hits.active };
-    let light = sample_lights(lights, &hits.points, hits.row, wanted, &draws);
+    let mut light = sample_lights(lights, &hits.points, hits.row, wanted, &draws);
     let mut active = wanted & light.valid;
     if DETAIL {
         active = active & light.direction.dot(hits.points.geometric_normal).gt(F32x8::ZERO);
+    }
+    if let Some(visibility) = &lights.visibility {
+        active = play_roulette(visibility, hits.points.origin, &mut light, active, draws.roulette());
     }
     DirectLight { light, active, drawn: wanted, chosen }
 }

@@ -22,8 +22,8 @@ pub fn place(lights: &LightTable, origin: Vec3, normal: Vec3, incoming: Option<V
     Place { key, row: learned.rows[key as usize] }
 }
 
-/// The key of a hit.
-pub fn key(grid: &Grid, origin: Vec3, normal: Vec3, incoming: Option<Vec3>) -> u32 {
+/// The cell that a point is in, or the nearest one.
+pub fn cell(grid: &Grid, point: Vec3) -> u32 {
     let axis = |x: Real, i: usize| {
         let along = (x - grid.low[i] as Real) * grid.scale as Real;
         let along = if along > 0.0 { along } else { 0.0 };
@@ -31,7 +31,12 @@ pub fn key(grid: &Grid, origin: Vec3, normal: Vec3, incoming: Option<Vec3>) -> u
         (if along < last { along } else { last }) as u32
     };
     let [columns, rows, _] = grid.size;
-    let cell = (axis(origin.z, 2) * rows + axis(origin.y, 1)) * columns + axis(origin.x, 0);
+    (axis(point.z, 2) * rows + axis(point.y, 1)) * columns + axis(point.x, 0)
+}
+
+/// The key of a hit.
+pub fn key(grid: &Grid, origin: Vec3, normal: Vec3, incoming: Option<Vec3>) -> u32 {
+    let cell = cell(grid, origin);
     match incoming {
         None => cell * FACES + face(normal).0,
         Some(incoming) => {

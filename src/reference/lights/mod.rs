@@ -11,3 +11,4 @@ pub mod factors;
 pub mod sample;
 pub mod tree;
 pub mod triangle;
+pub mod visibility;

@@ -23,7 +23,8 @@ pub struct LightSample {
     pub direction: Vec3,
     /// Cosine at the surface, above 0.
     pub cosine: Real,
-    /// Radiance that arrives if nothing is in between.
+    /// Radiance that arrives if nothing is in between; over the probability with which roulette has let it be looked for, once
+    /// that was played.
     pub radiance: Vec3,
     /// Density per steradian, selection included, above 0.
     pub pdf_dir: Real,

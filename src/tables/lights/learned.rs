@@ -54,6 +54,19 @@ impl Grid {
         self.size.iter().product()
     }
 
+    /// Along each axis, which cell `point` is in, or the nearest one.
+    pub fn axes(&self, point: [f32; 3]) -> [u32; 3] {
+        std::array::from_fn(|axis| {
+            let along = (point[axis] - self.low[axis]) * self.scale;
+            along.max(0.0).min((self.size[axis] - 1) as f32) as u32
+        })
+    }
+
+    /// The number of the cell at these places along the axes.
+    pub fn cell(&self, [x, y, z]: [u32; 3]) -> u32 {
+        (z * self.size[1] + y) * self.size[0] + x
+    }
+
     /// How many keys there are. Those of diffuse surfaces come first: `cell * FACES + face of the normal`; those of the
     /// others follow: `cells * FACES + cell * MIRROR_BINS + bin of the reflected direction`.
     pub fn keys(&self) -> u32 {

@@ -8,3 +8,4 @@ pub mod table;
 pub mod targets;
 pub mod tree;
 pub mod unit;
+pub mod visibility;

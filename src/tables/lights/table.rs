@@ -19,6 +19,7 @@ use crate::tables::lights::environment::{Distribution, Environment, EnvironmentM
 use crate::tables::lights::learned::LearnedLights;
 use crate::tables::lights::targets::Targets;
 use crate::tables::lights::tree::LightTree;
+use crate::tables::lights::visibility::Visibility;
 use crate::tables::prepared::PreparedScene;
 use crate::tables::textures::{NO_TEXTURE, TextureTable};
 
@@ -149,6 +150,8 @@ pub struct LightTable<'a> {
     pub selection: Selection<'a>,
     /// What was learned of the tree's clusters; only under [`Selection::Tree`], and only where it pays.
     pub learned: Option<LearnedLights>,
+    /// What was learned of which cells see each other; only under [`Lights::NeePlusPlus`].
+    pub visibility: Option<Visibility>,
     /// Per emitter, the probability with which a light sample goes to it; one value if all have the same. (Not under
     /// [`Selection::Tree`], where it depends on the place.)
     pub probabilities: Vec<f32>,
@@ -161,7 +164,7 @@ pub struct LightTable<'a> {
 
 impl<'a> LightTable<'a> {
     /// The table of `scene` under `lights`; `compensated`: see [`EnvironmentMap::distribution`]. Nothing is learned yet: until
-    /// [`LightTable::learned`] is set, [`Lights::Learned`] chooses as [`Lights::Tree`] does.
+    /// [`LightTable::learned`] is set, [`Lights::Learned`] and [`Lights::NeePlusPlus`] choose as [`Lights::Tree`] does.
     pub fn new(scene: &'a PreparedScene, lights: Lights, compensated: bool) -> LightTable<'a> {
         let count = scene.emitters.len();
         let environment_probability = match (&scene.environment, count) {
@@ -170,7 +173,7 @@ impl<'a> LightTable<'a> {
             (Some(_), _) => 0.5,
         };
         let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
-        let tree = if matches!(lights, Lights::Tree | Lights::Learned) { scene.light_tree(powers) } else { None };
+        let tree = if lights == Lights::Tree || lights.learns() { scene.light_tree(powers) } else { None };
         let to_emitters = 1.0 - environment_probability as f64;
         let stated = if planted(Fault::LopsidedChoice) { 0.9 * to_emitters } else { to_emitters };
         let records = scene.emitters.iter().map(|emitter| {
@@ -186,7 +189,7 @@ impl<'a> LightTable<'a> {
             (_, _, Some(tree)) => Selection::Tree(tree),
             (0 | 1, ..) => Selection::Fixed(Fixed::Single),
             (_, Lights::Power, _) => Selection::Fixed(Fixed::by_power(&powers(), to_emitters)),
-            (_, Lights::Uniform | Lights::Tree | Lights::Learned, _) => Selection::Fixed(Fixed::Uniform(count as u32)),
+            _ => Selection::Fixed(Fixed::Uniform(count as u32)),
         };
         let environment = scene.environment.as_ref().map(|environment| match environment {
             Environment::Constant(radiance) => EnvironmentLight::Constant(*radiance),
@@ -208,6 +211,7 @@ impl<'a> LightTable<'a> {
             },
             selection,
             learned: None,
+            visibility: None,
             environment,
             environment_probability,
         }
@@ -236,6 +240,7 @@ impl<'a> LightTable<'a> {
             _ => {}
         }
         tables.extend(self.learned.iter().flat_map(LearnedLights::tables));
+        tables.extend(self.visibility.iter().flat_map(Visibility::tables));
         tables.retain(|table| table.1 > 0);
         tables
     }
@@ -253,7 +258,7 @@ fn textures(scene: &PreparedScene) -> Option<LightTextures> {
 }
 
 /// What an emitter sends out, up to a constant factor: of a picture, its mean (never quite 0, so that a total exists).
-fn power(scene: &PreparedScene, emitter: &Emitter) -> f64 {
+pub fn power(scene: &PreparedScene, emitter: &Emitter) -> f64 {
     let sides = if emitter.two_sided { 2.0 } else { 1.0 };
     let mean = emitter.texture.map_or(1.0, |(texture, _)| scene.textures.mean(texture).max(1e-6));
     mean * sides * emitter.area * emitter.radiance.iter().map(|&c| c as f64).sum::<f64>()
@@ -266,6 +271,7 @@ pub fn selection_name(table: &LightTable) -> String {
         Selection::Fixed(Fixed::Single) => Some("single light"),
         Selection::Fixed(Fixed::Uniform(_)) => Some("uniform"),
         Selection::Fixed(Fixed::Alias(_)) => Some("power (alias table)"),
+        Selection::Tree(_) if table.visibility.is_some() => Some("light tree, weighed by visibility"),
         Selection::Tree(_) if table.learned.is_some() => Some("light tree, weighed by what was learned"),
         Selection::Tree(_) => Some("light tree"),
     };
@@ -274,5 +280,6 @@ pub fn selection_name(table: &LightTable) -> String {
         EnvironmentLight::Map(_, Distribution { floor: 0.0, .. }) => "environment map, importance sampled",
         EnvironmentLight::Map(..) => "environment map, importance sampled above its mean",
     });
-    triangles.into_iter().chain(environment).collect::<Vec<_>>().join(" or ")
+    let names = triangles.into_iter().chain(environment).collect::<Vec<_>>().join(" or ");
+    if table.visibility.is_some() { names + "; roulette of shadow rays by visibility" } else { names }
 }
