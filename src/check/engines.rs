@@ -11,7 +11,7 @@ use crate::packet;
 use crate::packet::plan::Plan;
 use crate::reference::{path_steps, single};
 use crate::render::render;
-use crate::settings::{Lights, Sampler, Settings};
+use crate::settings::{Lights, Sampler, Settings, Train};
 use crate::setup::Setup;
 use crate::strategy::Strategy;
 use crate::trace::first_difference;
@@ -121,14 +121,16 @@ fn paths_in_closed_meshes(effort: &Effort) -> Result<Outcome> {
 
 fn strategies_lights_and_samplers(effort: &Effort) -> Result<Outcome> {
     let mut differing = Differing::default();
-    for name in ["room", "lamps"] {
-        let numbers: &[f64] = if name == "room" { &[1.0, 0.0, 1.0 / 2048.0] } else { &[12.0] };
+    let cases: Cases = &[("room", &[1.0, 0.0, 1.0 / 2048.0]), ("lamps", &[12.0]), ("parted_lamps", &[9.0])];
+    for &(name, numbers) in cases {
         let trial = Trial::new(name, numbers)?;
         for &strategy in Strategy::ALL {
             for &lights in Lights::ALL {
                 for &sampler in Sampler::ALL {
                     let spp = effort.samples(4, 2);
-                    let settings = Settings { strategy, lights, sampler, max_depth: Some(5), ..small(12, spp) };
+                    // Long enough to learn something on so small a film.
+                    let train = Train::Paths(8192);
+                    let settings = Settings { strategy, lights, train, sampler, max_depth: Some(5), ..small(12, spp) };
                     let what = format!("{name}, {strategy}, {lights}, {sampler}");
                     differing.engines(&what, &trial.prepared, &settings);
                 }

@@ -15,6 +15,7 @@ pub const SCENES: &[SceneMaker] = &[
     },
     SceneMaker { name: "lamp_grid", numbers: &["lamps along a side"], make: lamp_grid },
     SceneMaker { name: "two_lamps", numbers: &["half the side of the small one", "its radiance"], make: two_lamps },
+    SceneMaker { name: "parted_lamps", numbers: &["radiance of those behind the wall"], make: parted_lamps },
     SceneMaker { name: "mirrored_lamp", numbers: &["half the side", "height"], make: mirrored_lamp },
 ];
 
@@ -59,6 +60,22 @@ fn two_lamps(numbers: &[f64]) -> SceneDesc {
     maker.level(1.0, [1.0; 2], true, large);
     maker.level(0.5, [numbers[0] as f32; 2], true, small);
     maker.seen([0.0, 0.3, 0.0], [0.0; 3], 1e-3)
+}
+
+/// Two lamps of radiance 1 on this side of a wall on a floor, and two on the other; they are lower than the wall.
+fn parted_lamps(numbers: &[f64]) -> SceneDesc {
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(0.5, 0.0);
+    maker.level(0.0, [2.0; 2], false, floor);
+    maker.cuboid([-0.1, 0.0, -2.0], [0.1, 1.5, 2.0], false, floor);
+    for (x, radiance) in [(-1.0, numbers[0]), (1.0, 1.0)] {
+        let lamp = maker.diffuse(0.0, radiance);
+        for z in [-1.0, 0.9] {
+            maker
+                .quad([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]].map(|[dx, dz]| [x + dx, 1.0, z + dz]), lamp);
+        }
+    }
+    maker.seen([1.8, 0.8, 0.0], [0.4, 0.0, 0.0], 75.0)
 }
 
 /// Where the middle of the lamp of `mirrored_lamp` is, and the middle of its image, along x.
