@@ -38,6 +38,9 @@ pub struct TraceVertex {
     pub weight: f64,
     /// Of choosing the light, or of surviving roulette.
     pub probability: f64,
+    /// Of a light sample, the probability with which roulette has let its shadow ray be traced: `emitted` is over it. 1: it
+    /// played none.
+    pub survival: f64,
     /// What else there is to say: why a path ends, why a light sample brings nothing, which way emission was found.
     pub note: &'static str,
 }

@@ -101,7 +101,7 @@ fn roulette_help() -> String {
 pub fn train_help() -> String {
     let default = Settings::default().train;
     format!(
-        "Paths of the training render of --lights learned, --guide and --roulette learned; `auto`: by the film's size [default: {default}]"
+        "Paths of the training render of --lights learned and nee-plus-plus, --guide and --roulette learned; `auto`: by the film's size [default: {default}]"
     )
 }
 

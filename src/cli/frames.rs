@@ -23,7 +23,7 @@ pub struct FrameArgs {
     #[arg(long, value_name = "FILE")]
     camera_path: Option<PathBuf>,
     /// Frames whose training renders add up to what a frame learns, itself and those before it; 1: each frame trains by
-    /// itself, as long as an image does
+    /// itself, as long as an image does, and so it is under --lights nee-plus-plus
     #[arg(long, value_name = "N", requires = "frames", default_value_t = TRAIN_FRAMES,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_TRAIN_FRAMES)), allow_negative_numbers = true)]
     train_frames: u32,

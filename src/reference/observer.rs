@@ -191,6 +191,7 @@ fn vertex(path: &Path, event: Event) -> TraceVertex {
         pdf_other: 0.0,
         weight: 0.0,
         probability: 0.0,
+        survival: 1.0,
         note: "",
     };
     let hit_at = |event, hit: &Hit, position, direction| TraceVertex {
@@ -231,6 +232,7 @@ fn vertex(path: &Path, event: Event) -> TraceVertex {
                 pdf_other: pdf_bsdf as f64,
                 weight: weight as f64,
                 probability,
+                survival: light.survival as f64,
                 ..at(event, choice.point.position, light.shadow_direction)
             }
         }

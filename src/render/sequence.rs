@@ -66,7 +66,7 @@ struct FramePilot {
 impl<'a> Sequence<'a> {
     /// The sequence of `scene` seen along `path`, `fps` frames a second; by the scene's own camera if that has no keys. What
     /// each frame learns is learned from `train_frames` frames, itself included (at most [`MOST_TRAIN_FRAMES`]); 1: every frame
-    /// trains by itself, as long as an image does.
+    /// trains by itself, as long as an image does, as it does in any case under [`Lights::NeePlusPlus`].
     pub fn new(scene: &'a PreparedScene, path: CameraPath, fps: f64, train_frames: u32) -> Sequence<'a> {
         let train_frames = train_frames.clamp(1, MOST_TRAIN_FRAMES);
         Sequence { scene, path, fps, train_frames, pilots: BTreeMap::new(), made_for: String::new() }

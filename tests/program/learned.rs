@@ -53,6 +53,31 @@ fn info_lists_tables_forecast_and_why() {
     assert!(!told(&["info", GLOSSY, "--lights", "tree", "--guide", "off"]).contains("training render"));
 }
 
+#[test]
+fn visibility_is_told_and_its_shadow_rays_are_counted() {
+    let place = Place::new();
+    let (image, stats) = (place.path("a.pfm"), place.path("a.json"));
+    let told = |lights: &str| {
+        let size = ["--width", "32", "--height", "32", "--spp", "2", "--guide", "off", "--quiet"];
+        let render = ["render", "builtin:rooms", "-o", &image, "--stats", &stats, "--lights", lights];
+        let output = octray(&[&render[..], &size[..]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        json(&std::fs::read(&stats).unwrap())
+    };
+    let (tree, map) = (told("tree"), told("nee-plus-plus"));
+    let rays = |told: &serde_json::Value| told["rays"]["shadow"].as_u64().unwrap();
+    assert!(rays(&map) < rays(&tree) * 9 / 10, "{} shadow rays of {}", rays(&map), rays(&tree));
+    assert_eq!((&map["lights"], &map["learning"]["used"]), (&"nee-plus-plus".into(), &true.into()));
+    let info = |arguments: &[&str]| String::from_utf8_lossy(&octray(arguments).stdout).into_owned();
+    let text = info(&["info", "builtin:rooms", "--lights", "nee-plus-plus", "--guide", "off"]);
+    assert!(text.contains("light tree, weighed by visibility; roulette of shadow rays by visibility"), "{text}");
+    assert!(text.contains("used: asked for") && text.contains("visibility of cells"), "{text}");
+    let text = info(&["info", "scenes/door_ajar.toml", "--lights", "nee-plus-plus", "--guide", "off"]);
+    assert!(text.contains("used: asked for (roulette alone); "), "{text}");
+    let text = info(&["info", "scenes/sky.toml", "--lights", "nee-plus-plus", "--guide", "off"]);
+    assert!(text.contains("not used: there is no light but the environment"), "{text}");
+}
+
 /// An unfinished render goes on with the tables that it began with, so it must have the same training.
 #[test]
 fn parts_of_a_render_share_their_training() {

@@ -84,7 +84,7 @@ struct Step<'a> {
     delta: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     weight: Option<f64>,
-    /// Of surviving roulette.
+    /// Of surviving roulette: of the path or, if below 1, of a light sample's shadow ray.
     #[serde(skip_serializing_if = "Option::is_none")]
     survival: Option<f64>,
     /// What the step adds, or would if it were not blocked.
@@ -163,7 +163,10 @@ fn step<'a>(traced: &'a Traced, vertex: &TraceVertex) -> Step<'a> {
         pdf_other: brings.then_some(vertex.pdf_other),
         delta: vertex.pdf == f64::INFINITY,
         weight: brings.then_some(vertex.weight),
-        survival: (!is_light && probability > 0.0).then_some(probability),
+        survival: match is_light {
+            true => (vertex.survival < 1.0).then_some(vertex.survival),
+            false => (probability > 0.0).then_some(probability),
+        },
         gain: brings.then_some(vertex.gain),
         blocked: is_light.then_some(vertex.event == LIGHT_SAMPLE_BLOCKED),
         radiance: vertex.radiance,

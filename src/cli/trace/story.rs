@@ -170,6 +170,13 @@ impl Story<'_> {
         let light = self.light(vertex);
         let emitted = color(vertex.emitted);
         self.line(INDENT, format!("Light sample: {light}, shining {emitted}."));
+        if vertex.survival < 1.0 {
+            let chance = short(vertex.survival, 3);
+            self.line(
+                DEEPER,
+                format!("that is its radiance / {chance}, with which roulette has let its shadow ray be traced"),
+            );
+        }
         let densities = format!("p_light = {}, p_bsdf = {}", short(vertex.pdf, 3), short(vertex.pdf_other, 3));
         let rule = self.traced.settings.strategy.row().light_sample;
         self.line(DEEPER, densities);

@@ -50,9 +50,9 @@ pub fn judge(lights: &mut LightTable, records: &VisibilityRecords, learning: &mu
     let tables = lights.learned.iter().flat_map(LearnedLights::tables).chain(visibility.tables());
     learning.bytes = tables.map(|(_, bytes)| bytes).sum();
     let blocked = 100.0 * (traced - free) as f64 / traced as f64;
-    let alone = if lights.learned.is_none() { "; there is nothing to choose from: roulette alone" } else { "" };
+    let alone = if lights.learned.is_none() { " (roulette alone)" } else { "" };
     learning.why = format!(
-        "asked for; {traced} shadow rays between {} pairs of cells, {blocked:.0} % of them blocked{alone}",
+        "asked for{alone}; {traced} shadow rays between {} pairs of cells, {blocked:.0} % of them blocked",
         records.len()
     );
 }

@@ -23,7 +23,7 @@ pub struct LightSamples {
     pub direction: Vec3x8,
     /// Cosines at the surfaces.
     pub cosine: F32x8,
-    /// Radiance that arrives if nothing is in between; over the probability with which roulette has let it be looked for, once
+    /// Radiance that arrives if nothing is in between, over the probability with which roulette has let it be looked for, once
     /// that was played.
     pub radiance: Vec3x8,
     /// Densities per steradian, selection included.

@@ -23,9 +23,10 @@ pub struct LightSample {
     pub direction: Vec3,
     /// Cosine at the surface, above 0.
     pub cosine: Real,
-    /// Radiance that arrives if nothing is in between; over the probability with which roulette has let it be looked for, once
-    /// that was played.
+    /// Radiance that arrives if nothing is in between, over `survival`.
     pub radiance: Vec3,
+    /// The probability with which roulette has let the shadow ray be traced; 1: none was played.
+    pub survival: Real,
     /// Density per steradian, selection included, above 0.
     pub pdf_dir: Real,
     /// The segment that must be free: from the point's ray origin in this direction (not normalised) ..
@@ -120,7 +121,16 @@ fn sample_emitter(
         true => (Target::Emitter, FREE_PART as Real),
         false => aim(lights, chosen, point.origin, to_light),
     };
-    Some(LightSample { direction, cosine, radiance, pdf_dir, shadow_direction: to_light, shadow_tmax, target })
+    Some(LightSample {
+        direction,
+        cosine,
+        radiance,
+        survival: 1.0,
+        pdf_dir,
+        shadow_direction: to_light,
+        shadow_tmax,
+        target,
+    })
 }
 
 /// Where a shadow ray to an emitter nearby ends: where closest hits would find that, by the same test; 2^-17 of the way before
@@ -167,6 +177,7 @@ fn sample_environment(
         direction,
         cosine,
         radiance,
+        survival: 1.0,
         pdf_dir: probability * pdf_dir,
         shadow_direction: direction,
         shadow_tmax: Real::INFINITY,

@@ -13,10 +13,8 @@ pub fn survivor(lights: &LightTable, origin: Vec3, light: LightSample, u: Real) 
     let Some(visibility) = &lights.visibility else { return Some(light) };
     let Some(pair) = pair(visibility, origin, &light) else { return Some(light) };
     let steps = visibility.steps(pair) as Real;
-    if !(u < steps * (1.0 / STEPS as Real)) {
-        return None;
-    }
-    Some(LightSample { radiance: light.radiance * (STEPS as Real / steps), ..light })
+    let survival = steps * (1.0 / STEPS as Real);
+    (u < survival).then(|| LightSample { radiance: light.radiance * (STEPS as Real / steps), survival, ..light })
 }
 
 /// The pair of cells between which the shadow ray of a light sample runs; `None`: it leaves the scene.
