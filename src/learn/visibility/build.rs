@@ -53,7 +53,7 @@ pub fn judge(lights: &mut LightTable, records: &VisibilityRecords, learning: &mu
     let alone = if lights.learned.is_none() { " (roulette alone)" } else { "" };
     learning.why = format!(
         "asked for{alone}; {traced} shadow rays between {} pairs of cells, {blocked:.0} % of them blocked",
-        records.len()
+        records.count()
     );
 }
 

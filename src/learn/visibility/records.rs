@@ -54,7 +54,7 @@ impl VisibilityRecords {
     }
 
     /// How many pairs have records.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.pairs.len()
     }
 
@@ -116,8 +116,8 @@ mod tests {
         }
         assert_eq!(one.both_ways(&row()), total.both_ways(&row()));
         assert_eq!(one.total(), Sightings { traced: 500, free: 100 });
-        assert_eq!((one.total(), one.len()), (total.total(), total.len()));
-        assert!(workers.iter().all(|worker| worker.len() == 0));
+        assert_eq!((one.total(), one.count()), (total.total(), total.count()));
+        assert!(workers.iter().all(|worker| worker.count() == 0));
     }
 
     #[test]
