@@ -211,6 +211,9 @@ fn learned(learning: &Learning) -> Vec<(&'static str, String)> {
     let used = |used: bool| if used { "used" } else { "not used" };
     let mut rows =
         vec![("training render", pilot), ("choice of lights", format!("{}: {}", used(learning.used), learning.why))];
+    if let Some(environment) = &learning.environment {
+        rows.push(("patches of the environment", format!("{}: {}", used(environment.used), environment.why)));
+    }
     if let Some(guide) = &learning.guide {
         let leaves = format!("{} of {} leaves guided", count(guide.guided as u64), count(guide.leaves as u64));
         let tables = format!("{leaves}; {} of tables", bytes(guide.bytes));

@@ -1,27 +1,31 @@
 //! From records to tables.
 
-use crate::learn::records::{LightRecords, NodeRecord};
-use crate::tables::lights::learned::{ALIKE, LearnedLights};
-use crate::tables::lights::tree::WIDTH;
+use std::collections::BTreeSet;
 
-/// The least factor over the largest of its node: what was not worth anything so far still gets samples. (0.1 cost efficiency,
-/// as did a part of samples without factors.)
-pub const LEAST: f64 = 1.0 / 32.0;
+use crate::learn::patches::weights;
+use crate::learn::records::{LightRecords, NodeRecord};
+use crate::tables::lights::learned::{ALIKE, LEAST_FACTOR, LearnedLights};
+use crate::tables::lights::tree::WIDTH;
 
 impl LearnedLights {
     /// Sets rows and words to what `records` say. A key of which there is no record has row 0.
     pub fn learn(&mut self, records: &LightRecords) {
+        let (nodes, weights) = (records.sorted(), weights(self, &records.patches));
+        let keys = nodes.iter().map(|node| node.pair / self.slot_count).chain(weights.keys().copied());
+        let keys: BTreeSet<u32> = keys.collect();
         self.rows.fill(0);
+        keys.iter().zip(1..).for_each(|(&key, row)| self.rows[key as usize] = row);
         self.words.clear();
-        self.words.resize(self.slot_count as usize, ALIKE);
-        for node in records.sorted() {
+        self.words.resize((1 + keys.len()) * self.slot_count as usize, ALIKE);
+        for node in nodes {
             let (key, slot) = (node.pair / self.slot_count, node.pair % self.slot_count);
-            let row = &mut self.rows[key as usize];
-            if *row == 0 {
-                *row = self.words.len() as u32 / self.slot_count;
-                self.words.resize(self.words.len() + self.slot_count as usize, ALIKE);
-            }
-            self.words[(*row * self.slot_count + slot) as usize] = word(&node);
+            self.words[(self.rows[key as usize] * self.slot_count + slot) as usize] = word(&node);
+        }
+        if let Some(patches) = &mut self.patches {
+            patches.clear();
+            // Where no sample has gone to the map, its own probabilities stay.
+            let unknown = patches.patches.probability;
+            keys.iter().for_each(|key| patches.push(weights.get(key).unwrap_or(&unknown)));
         }
     }
 }
@@ -38,7 +42,7 @@ fn word(node: &NodeRecord) -> u64 {
     let worth = |column: usize| ((node.square[column] as f64 + mean) / (node.count[column] as f64 + 1.0)).sqrt();
     let worth: [f64; WIDTH] = std::array::from_fn(worth);
     let most = worth.into_iter().fold(0.0, f64::max);
-    u64::from_le_bytes(worth.map(|worth| (255.0 * (worth / most).max(LEAST)).round().clamp(1.0, 255.0) as u8))
+    u64::from_le_bytes(worth.map(|worth| (255.0 * (worth / most).max(LEAST_FACTOR)).round().clamp(1.0, 255.0) as u8))
 }
 
 #[cfg(test)]

@@ -8,6 +8,9 @@
 //! 1.75 times better against 1.57 by the mean and 0.93 by visibility). These factors are bytes, at least 1/32 of the largest:
 //! [`crate::tables::lights::learned`].
 //!
+//! An environment map is a light of many parts, of which a place behind a window sees few: so 128 patches of it are weighed in the
+//! same way ([`patches`]), as [`crate::tables::lights::patches`] says.
+//!
 //! Learning where light comes from goes back to Vevoda, Kondapaneni and Krivanek ("Bayesian Online Regression for Adaptive
 //! Direct Illumination Sampling", SIGGRAPH 2018); learned visibility to Guo, Eisemann and Eisemann ("Next Event Estimation++",
 //! 2020), which [`visibility`] is a variant of, for comparison.
@@ -23,7 +26,7 @@
 //!    density, so the picture is unbiased.
 //! 3. Tables are frozen while a pass runs. Choosing a light and the density of having chosen it look up the same word.
 //! 4. Order leaves no trace: records are integers ([`records`]), added up in any order; none is dropped.
-//! 5. Whatever can contribute keeps a probability: factors have a floor ([`build::LEAST`]).
+//! 5. Whatever can contribute keeps a probability: factors have a floor ([`crate::tables::lights::learned::LEAST_FACTOR`]).
 //! 6. A [`forecast`] says whether it pays. Where it does not, the render does without, and only the pilot's time is lost; that
 //!    time counts as time of rendering.
 
@@ -31,6 +34,7 @@ pub mod build;
 pub mod forecast;
 pub mod guide;
 pub mod outcome;
+pub mod patches;
 pub mod pilot;
 pub mod records;
 pub mod visibility;

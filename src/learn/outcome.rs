@@ -17,6 +17,8 @@ pub struct Learning {
     pub frames: u32,
     /// Bytes of the tables, used or not.
     pub bytes: usize,
+    /// What was learned of the environment map; `null`: nothing was to be.
+    pub environment: Option<EnvironmentLearning>,
     /// What was learned of directions; `null`: nothing was to be.
     pub guide: Option<GuideLearning>,
     /// Wall seconds of the pilot.
@@ -36,11 +38,23 @@ impl Learning {
             paths: 0,
             frames: 1,
             bytes: 0,
+            environment: None,
             guide: None,
             seconds: 0.0,
             cpu_seconds: 0.0,
         }
     }
+}
+
+/// Of a render that was to learn which patches of the environment map matter where.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct EnvironmentLearning {
+    /// Whether light samples go by what was learned.
+    pub used: bool,
+    /// Why, or why not.
+    pub why: String,
+    /// The second moment of light samples of the map with what was learned over that without.
+    pub forecast: Option<f64>,
 }
 
 /// Of a render that was to learn where light comes from.

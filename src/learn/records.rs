@@ -1,6 +1,7 @@
 //! What the light samples of a training render were worth, column by column: integers, so that adding them up in any order
 //! gives the same bits.
 
+use crate::learn::patches::{PatchRecords, PatchVisit};
 use crate::tables::lights::learned::{LEVELS, LearnedLights};
 use crate::tables::lights::tree::WIDTH;
 
@@ -24,13 +25,15 @@ pub struct Visit {
     pub square: u32,
 }
 
-/// What one light sample says: of the nodes on the way to its light that have slots. None for a sample of the environment.
+/// What one light sample says: of the nodes on the way to its light that have slots; of the environment, of its patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lesson {
     /// The visits, from the root down.
     pub visits: [Visit; LEVELS],
     /// How many there are.
     pub len: usize,
+    /// What a sample of an environment map says.
+    pub patch: Option<PatchVisit>,
 }
 
 impl Lesson {
@@ -61,12 +64,18 @@ pub struct LightRecords {
     places: Vec<u32>,
     /// In the order in which they were first needed.
     nodes: Vec<NodeRecord>,
+    /// Those of an environment map.
+    pub patches: PatchRecords,
 }
 
 impl LightRecords {
     /// No records yet, for tables of the shape of `learned`.
     pub fn new(learned: &LearnedLights) -> LightRecords {
-        LightRecords { places: vec![0; learned.rows.len() * learned.slot_count as usize], nodes: Vec::new() }
+        LightRecords {
+            places: vec![0; learned.rows.len() * learned.slot_count as usize],
+            nodes: Vec::new(),
+            patches: PatchRecords::new(if learned.patches.is_some() { learned.grid.keys() } else { 0 }),
+        }
     }
 
     fn node(&mut self, pair: u32) -> &mut NodeRecord {
@@ -88,6 +97,9 @@ impl LightRecords {
             node.plain[column] += u64::from(visit.plain);
             node.square[column] += if free { u64::from(visit.square) } else { 0 };
         }
+        if let Some(visit) = &lesson.patch {
+            self.patches.note(visit, free);
+        }
     }
 
     /// Adds all of `other`, and leaves it empty.
@@ -96,6 +108,7 @@ impl LightRecords {
             other.places[theirs.pair as usize] = 0;
             self.add(&theirs);
         }
+        self.patches.take(&mut other.patches);
     }
 
     /// Adds what was recorded of a node elsewhere.
@@ -121,7 +134,7 @@ mod tests {
     use super::*;
 
     fn empty() -> LightRecords {
-        LightRecords { places: vec![0; 100], nodes: Vec::new() }
+        LightRecords { places: vec![0; 100], nodes: Vec::new(), patches: PatchRecords::default() }
     }
 
     /// Lessons of which some share nodes, and whether they are free.

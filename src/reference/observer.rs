@@ -135,6 +135,8 @@ pub struct Choice<'a> {
     pub place: Place,
     /// The selection word.
     pub word: u32,
+    /// What chooses texels of an environment map beside it.
+    pub fork: u32,
 }
 
 impl Choice<'_> {

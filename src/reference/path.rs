@@ -166,7 +166,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             let above = |light: &LightSample| light.direction.dot(point.geometric_normal) > 0.0;
             let light = wanted.then(|| sample_light(&setup.lights, &point, place.row, &draws)).flatten();
             let light = light.filter(above);
-            let choice = Choice { lights: &setup.lights, point: &point, place, word: draws.select };
+            let choice = Choice { lights: &setup.lights, point: &point, place, word: draws.select, fork: draws.fork() };
             if wanted && light.is_none() {
                 observer.note(&path, Event::LightIdle(choice, "light and surface do not face each other"));
             }

@@ -3,17 +3,20 @@
 use super::guide::{bin, luminance};
 use super::lights::choose::{Light, choose};
 use super::lights::factors::factors;
+use super::lights::sample::environment_words;
 use super::lights::tree::{Receiver, importance, shares};
 use super::lights::visibility::pair;
 use super::observer::{Choice, Event, Observer, Path};
 use super::{Real, Vec3};
 use crate::learn::guide::records::Step;
 use crate::learn::guide::steps::StepRecords;
+use crate::learn::patches::PatchVisit;
 use crate::learn::records::{CAP, Lesson, LightRecords, PLAIN_UNIT, SQUARE_UNIT, Visit};
 use crate::learn::visibility::records::VisibilityRecords;
 use crate::setup::Setup;
 use crate::tables::guide::SIDE;
 use crate::tables::lights::learned::NO_SLOT;
+use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::table::Selection;
 use crate::tables::lights::tree::LEAF;
 
@@ -100,14 +103,40 @@ impl Observer for Recorder<'_> {
     }
 }
 
-/// What the sample of a choice tells that contributes `gain` if it is free; nothing if it went to the environment.
+/// What a sample of an environment map tells that contributes `gain` if it is free, where choosing a light has left `word`.
+fn patch_visit(patches: &LearnedPatches, choice: &Choice, word: u32, gain: Real) -> PatchVisit {
+    let [word, _] = environment_words(choice.lights, word, choice.fork);
+    let patch = patches.patch(choice.place.row, word);
+    // Its probability over that under the map's own distribution, under which the sample would have contributed so much more.
+    let ratio = patches.ratio(choice.place.row, patch) as Real;
+    let worth = gain * ratio / patches.unit as Real;
+    let worth = if worth < CAP as Real { worth } else { CAP as Real };
+    let square = worth * worth * SQUARE_UNIT as Real;
+    let without = square / ratio;
+    PatchVisit {
+        key: choice.place.key,
+        patch: patch as u32,
+        square: square as u64,
+        with: (without / ratio) as u64,
+        without: without as u64,
+    }
+}
+
+/// What the sample of a choice tells that contributes `gain` if it is free.
 fn lesson(choice: &Choice, gain: Real) -> Lesson {
     let mut lesson = Lesson::default();
-    let (Selection::Tree(tree), Some(learned)) = (&choice.lights.selection, &choice.lights.learned) else {
+    let Some(learned) = &choice.lights.learned else { return lesson };
+    let receiver = Receiver { origin: choice.point.origin, normal: choice.point.normal, row: choice.place.row };
+    let (light, _, word) = choose(choice.lights, &receiver, choice.word);
+    let Light::Emitter(light) = light else {
+        let patches = learned.patches.as_ref();
+        lesson.patch = patches.map(|patches| patch_visit(patches, choice, word, gain));
         return lesson;
     };
-    let receiver = Receiver { origin: choice.point.origin, normal: choice.point.normal, row: choice.place.row };
-    let (Light::Emitter(light), ..) = choose(choice.lights, &receiver, choice.word) else { return lesson };
+    let Selection::Tree(tree) = &choice.lights.selection else { return lesson };
+    if learned.slot_count == 0 {
+        return lesson;
+    }
     let mut path = tree.paths[light as usize];
     let mut node = 0;
     // What is left of the gain once the node's own choice no longer divides it.

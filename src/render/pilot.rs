@@ -7,7 +7,7 @@ use crate::clock::Stopwatch;
 use crate::learn::forecast::{MOST, forecast};
 use crate::learn::guide::steps::StepRecords;
 use crate::learn::guide::training::Training;
-use crate::learn::outcome::{GuideLearning, Learning};
+use crate::learn::outcome::{EnvironmentLearning, GuideLearning, Learning};
 use crate::learn::pilot::{LEAST_INDIRECT, PASSES, SCRAMBLE, grid, guided_samples};
 use crate::learn::records::LightRecords;
 use crate::learn::visibility;
@@ -26,7 +26,7 @@ use crate::setup::Setup;
 use crate::tables;
 use crate::tables::PreparedScene;
 use crate::tables::lights::learned::LearnedLights;
-use crate::tables::lights::table::Selection;
+use crate::tables::lights::table::{EnvironmentLight, Selection};
 use crate::tables::lights::tree::LightTree;
 use crate::tables::lights::visibility::Visibility;
 use crate::tables::materials::MaterialKind;
@@ -55,6 +55,8 @@ pub(super) struct Wanted<'t> {
     pub tree: Option<&'t LightTree>,
     /// Which cells see each other: for roulette of shadow rays, and the factors come of this.
     pub visibility: bool,
+    /// Which patches of the environment map matter where.
+    pub patches: bool,
     /// Where light comes from.
     pub guides: bool,
     /// Why what is not to be learned is not.
@@ -70,7 +72,8 @@ impl<'t> Wanted<'t> {
             guide: guides.then(|| GuideLearning::none(guide_why)),
             ..Learning::none(if lights { lights_why } else { "not asked for" })
         };
-        let nothing = |learning: Learning| Wanted { tree: None, visibility: false, guides: false, learning };
+        let nothing =
+            |learning: Learning| Wanted { tree: None, visibility: false, patches: false, guides: false, learning };
         if settings.train == Train::Off {
             return nothing(none("training is switched off", "training is switched off"));
         }
@@ -81,6 +84,8 @@ impl<'t> Wanted<'t> {
             Selection::Tree(tree) if lights && setup.samples_lights() => Some(tree),
             _ => None,
         };
+        let maps = matches!(setup.lights.environment, Some(EnvironmentLight::Map(..)));
+        let patches = maps && settings.lights == Lights::Learned && setup.samples_lights();
         let by_visibility = settings.lights == Lights::NeePlusPlus;
         let visibility = by_visibility && setup.samples_lights() && !setup.lights.records.is_empty();
         let no_tree = match (&tree, setup.samples_lights()) {
@@ -92,12 +97,12 @@ impl<'t> Wanted<'t> {
         };
         let no_guide = guides.then(|| no_guide(setup, settings)).flatten();
         let learning = none(no_tree, no_guide.unwrap_or_default());
-        Wanted { tree, visibility, guides: guides && no_guide.is_none(), learning }
+        Wanted { tree, visibility, patches, guides: guides && no_guide.is_none(), learning }
     }
 
     /// Whether nothing is.
     pub fn is_nothing(&self) -> bool {
-        self.tree.is_none() && !self.visibility && !self.guides
+        self.tree.is_none() && !self.visibility && !self.patches && !self.guides
     }
 }
 
@@ -107,8 +112,8 @@ fn learn(setup: &mut Setup, settings: &Settings) -> Learning {
         Some(grid) if !wanted.is_nothing() => grid,
         _ => return wanted.learning,
     };
-    let Wanted { tree, visibility, guides, mut learning } = wanted;
-    let mut pilot = Pilot::new(setup, settings, grid, tree, guides);
+    let mut pilot = Pilot::new(setup, settings, grid, &wanted);
+    let Wanted { visibility, guides, mut learning, .. } = wanted;
     if visibility {
         pilot.see();
     }
@@ -117,7 +122,8 @@ fn learn(setup: &mut Setup, settings: &Settings) -> Learning {
         visibility::build::judge(&mut pilot.setup.lights, &records, &mut learning);
     }
     if let Some(records) = pilot.lights.take() {
-        judge_lights(&mut pilot.setup.lights.learned, &records, &mut learning);
+        let of_patches = records.patches.forecast();
+        judge_lights(pilot.setup, (&records, of_patches), &mut learning);
     }
     if guides {
         pilot.second_stage(settings, &mut learning);
@@ -133,22 +139,63 @@ pub(super) fn bytes(tables: &[(&str, usize)]) -> usize {
     tables.iter().map(|(_, bytes)| bytes).sum()
 }
 
-/// Whether the lights' factors are used; where not, there are none any more.
-pub(super) fn judge_lights(factors: &mut Option<LearnedLights>, records: &LightRecords, learning: &mut Learning) {
-    let Some(learned) = factors else { return };
-    let forecast = forecast(learned, records);
+/// Whether the lights' factors are used, and what was learned of patches of the environment map, for which the second moment
+/// `of_patches` is foreseen; what is not used is forgotten.
+pub(super) fn judge_lights(
+    setup: &mut Setup,
+    (records, of_patches): (&LightRecords, Option<f64>),
+    learning: &mut Learning,
+) {
+    let Some(learned) = &mut setup.lights.learned else { return };
     learning.bytes = bytes(&learned.tables());
-    learning.forecast = forecast;
-    learning.used = forecast.is_some_and(|forecast| forecast <= MOST);
-    learning.why = match forecast {
-        None => "the training render has met too little light to tell".into(),
-        Some(forecast) if learning.used => {
-            format!("foreseen second moment {forecast:.2} of that without, at most {MOST}")
+    if learned.slot_count > 0 {
+        learning.forecast = forecast(learned, records);
+        (learning.used, learning.why) = judged(learning.forecast);
+        if !learning.used {
+            learned.forget_tree();
         }
-        Some(forecast) => format!("foreseen second moment {forecast:.2} of that without, more than {MOST}"),
-    };
-    if !learning.used {
-        *factors = None;
+    }
+    if learned.patches.is_some() {
+        let (used, why) = judged(of_patches);
+        if !used {
+            forget_patches(setup);
+        }
+        learning.environment = Some(EnvironmentLearning { used, why, forecast: of_patches });
+    }
+    let learned = &mut setup.lights.learned;
+    if learned.as_ref().is_some_and(|learned| learned.slot_count == 0 && learned.patches.is_none()) {
+        *learned = None;
+    }
+}
+
+/// Whether that pays of which this second moment is foreseen, and why.
+fn judged(forecast: Option<f64>) -> (bool, String) {
+    match forecast {
+        None => (false, "the training render has met too little light to tell".into()),
+        Some(forecast) if forecast <= MOST => {
+            (true, format!("foreseen second moment {forecast:.2} of that without, at most {MOST}"))
+        }
+        Some(forecast) => (false, format!("foreseen second moment {forecast:.2} of that without, more than {MOST}")),
+    }
+}
+
+/// Has patches of the environment map drawn by what is learned of them, if that is `wanted`; their texels then by radiance.
+pub(super) fn new_tables(setup: &mut Setup, wanted: &Wanted) {
+    let compensated = wanted.patches && setup.strategy.is_mis();
+    let patches = if wanted.patches { setup.scene.patches(compensated) } else { None };
+    if let (true, Some(EnvironmentLight::Map(map, _))) = (wanted.patches, setup.lights.environment) {
+        setup.lights.environment = Some(EnvironmentLight::Map(map, map.distribution(compensated)));
+    }
+    let some = wanted.tree.is_some() || patches.is_some();
+    setup.lights.learned = some.then(|| LearnedLights::new(setup.scene, wanted.tree, patches));
+}
+
+fn forget_patches(setup: &mut Setup) {
+    if let Some(learned) = &mut setup.lights.learned {
+        learned.patches = None;
+    }
+    if let Some(EnvironmentLight::Map(map, _)) = setup.lights.environment {
+        setup.lights.environment = Some(EnvironmentLight::Map(map, map.distribution(setup.strategy.is_mis())));
     }
 }
 
@@ -204,18 +251,13 @@ pub(super) struct Pilot<'s, 'a> {
 }
 
 impl<'s, 'a> Pilot<'s, 'a> {
-    pub fn new(
-        setup: &'s mut Setup<'a>,
-        settings: &Settings,
-        grid: (u32, u32),
-        tree: Option<&LightTree>,
-        guides: bool,
-    ) -> Pilot<'s, 'a> {
+    pub fn new(setup: &'s mut Setup<'a>, settings: &Settings, grid: (u32, u32), wanted: &Wanted) -> Pilot<'s, 'a> {
+        let guides = wanted.guides;
         let (camera, seed, roulette) = (setup.camera, setup.seed, setup.roulette);
         setup.camera = camera.on_grid(setup.frame.film, grid);
         setup.seed ^= SCRAMBLE;
         setup.roulette = Roulette::Throughput;
-        setup.lights.learned = tree.map(|tree| LearnedLights::new(setup.scene, tree));
+        new_tables(setup, wanted);
         setup.guide = guides.then(|| tables::guide::Guide::new(setup.scene, grid));
         Pilot {
             lights: setup.lights.learned.as_ref().map(LightRecords::new),
@@ -243,6 +285,10 @@ impl<'s, 'a> Pilot<'s, 'a> {
     /// Paths as they are without anything learned but lights: they tell what learning would be worth.
     fn first_stage(&mut self) {
         for to in PASSES {
+            // What the last pass finds tells how good the tables are: it has no part in those that it draws by.
+            if let Some(records) = &mut self.lights {
+                records.patches.tried = [0; 2];
+            }
             self.pass(to, false);
         }
     }

@@ -19,9 +19,10 @@ use crate::learn::guide::records::{Outcomes, SQUARE_UNIT};
 use crate::learn::guide::training::Training;
 use crate::learn::guide::window;
 use crate::learn::outcome::{GuideLearning, Learning};
+use crate::learn::patches::{PatchRecord, forecast_of_others};
 use crate::learn::pilot::frame_grid;
 use crate::learn::records::{LightRecords, NodeRecord};
-use crate::render::pilot::{Pilot, Wanted, bytes, guides, judge_lights, roulette, why};
+use crate::render::pilot::{Pilot, Wanted, bytes, guides, judge_lights, new_tables, roulette, why};
 use crate::render::{Progress, Render, render_trained, train_and_render};
 use crate::scene::camera::CameraPath;
 use crate::scene::desc::CameraDesc;
@@ -29,7 +30,6 @@ use crate::settings::{Lights, Roulette, Settings};
 use crate::setup::Setup;
 use crate::tables::PreparedScene;
 use crate::tables::guide::Guide;
-use crate::tables::lights::learned::LearnedLights;
 
 /// Frames whose pilots add up, unless asked otherwise. (16 are a tenth less efficient in `builtin:rooms`, 64 as much more.)
 pub const TRAIN_FRAMES: u32 = 32;
@@ -56,6 +56,7 @@ pub struct Sequence<'a> {
 /// What the pilot of a frame has recorded.
 struct FramePilot {
     lights: Vec<NodeRecord>,
+    patches: Vec<PatchRecord>,
     outcomes: Outcomes,
     /// As [`crate::learn::guide::records::GuideRecords::indirect`].
     indirect: u64,
@@ -131,15 +132,23 @@ impl<'a> Sequence<'a> {
         }
         let pilots = || self.pilots.values();
         let paths = u64::from(grid.0) * u64::from(grid.1) * u64::from(spp) * self.pilots.len() as u64;
-        let Wanted { tree, guides: directions, mut learning, .. } = wanted;
+        new_tables(setup, &wanted);
+        let Wanted { guides: directions, mut learning, .. } = wanted;
         (learning.grid, learning.paths, learning.frames) = (Some(grid), paths, self.train_frames);
-        if let Some(tree) = tree {
-            let mut learned = LearnedLights::new(self.scene, tree);
-            let mut records = LightRecords::new(&learned);
-            pilots().flat_map(|pilot| &pilot.lights).for_each(|node| records.add(node));
+        if let Some(learned) = &mut setup.lights.learned {
+            // Whether patches of the environment pay: what one half of the frames has learned is tried on the other.
+            let mut halves = [0, 1].map(|_| LightRecords::new(learned));
+            for (frame, pilot) in &self.pilots {
+                let half = &mut halves[(frame & 1) as usize];
+                pilot.lights.iter().for_each(|node| half.add(node));
+                pilot.patches.iter().for_each(|record| half.patches.add(record));
+            }
+            let [mut records, mut odd] = halves;
             learned.learn(&records);
-            setup.lights.learned = Some(learned);
-            judge_lights(&mut setup.lights.learned, &records, &mut learning);
+            let of_patches = forecast_of_others(learned, &odd.patches);
+            records.take(&mut odd);
+            learned.learn(&records);
+            judge_lights(setup, (&records, of_patches), &mut learning);
         }
         if directions {
             let indirect =
@@ -189,16 +198,17 @@ impl<'a> Sequence<'a> {
     fn pilot(&self, wanted: &Wanted, settings: &Settings, frame: i64, (grid, spp): ((u32, u32), u32)) -> FramePilot {
         let own = Settings { seed: seed_of(settings.seed, frame), ..settings.clone() };
         let mut setup = Setup::seen_by(self.scene, &own, &self.camera(frame));
-        let mut pilot = Pilot::new(&mut setup, &own, grid, wanted.tree, wanted.guides);
+        let mut pilot = Pilot::new(&mut setup, &own, grid, wanted);
         pilot.training = wanted.guides.then(|| Training::one_by_one(grid));
         pilot.run(spp);
-        let lights = pilot.lights.take().map(|records| records.sorted()).unwrap_or_default();
+        let records = pilot.lights.take().unwrap_or_default();
+        let (lights, patches) = (records.sorted(), records.patches.into_sorted());
         let records = pilot.training.take().map(Training::into_records).unwrap_or_default();
         let mut outcomes = records.outcomes.unwrap_or_default();
         let inverse = if wanted.guides { inverse_pixels(&records.image, grid, spp) } else { Vec::new() };
         let indirect = outcomes.indirect(&inverse);
         outcomes.gains = Vec::new();
-        FramePilot { lights, outcomes, indirect, inverse }
+        FramePilot { lights, patches, outcomes, indirect, inverse }
     }
 }
 

@@ -15,6 +15,7 @@ use crate::tables::emitter_facing;
 use crate::tables::features::Features;
 use crate::tables::lights::emitters::{Emitter, emitter_table};
 use crate::tables::lights::environment::Environment;
+use crate::tables::lights::patches::{LearnedPatches, Patches};
 use crate::tables::lights::tree::LightTree;
 use crate::tables::lights::unit::radiance_unit;
 use crate::tables::materials::MaterialRecord;
@@ -58,6 +59,7 @@ pub struct PreparedScene {
     pub bvh: Bvh,
     /// The light tree, built when it is first asked for.
     light_tree: OnceLock<Option<LightTree>>,
+    patches: [OnceLock<Arc<Patches>>; 2],
     /// What the scene holds.
     pub features: Features,
     /// What preparing has found out that the user should know, one sentence each; [`SceneDesc::warnings`] has what
@@ -120,6 +122,7 @@ impl PreparedScene {
             environment,
             bvh,
             light_tree: OnceLock::new(),
+            patches: Default::default(),
             features,
             warnings,
             load_s: 0.0,
@@ -134,6 +137,14 @@ impl PreparedScene {
             LightTree::new(&self.emitters, &self.triangles, &powers(), environment)
         };
         self.light_tree.get_or_init(build).as_ref()
+    }
+
+    /// The patches of the environment map, if there is one, for a distribution ([`crate::tables::lights::environment::EnvironmentMap::distribution`]).
+    pub fn patches(&self, compensated: bool) -> Option<LearnedPatches> {
+        let Some(Environment::Map(map)) = &self.environment else { return None };
+        let make = || Arc::new(Patches::new(map, map.distribution(compensated)));
+        let patches = self.patches[usize::from(compensated)].get_or_init(make);
+        Some(LearnedPatches::new(patches.clone(), map.mean_radiance))
     }
 
     /// The tables and their sizes in bytes, for `octray info`; empty tables are not listed.

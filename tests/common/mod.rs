@@ -211,6 +211,45 @@ pub fn rooms(sky: bool) -> PreparedScene {
     maker.seen([4.4, 1.6, 3.6], [6.6, 0.8, 1.2], 75.0)
 }
 
+/// Two rooms under a sky that is brightest towards +x and above: one has a window towards -z, the other one in its ceiling, and
+/// there is a door between them. `lamps`: four weak ones, too.
+pub fn windows(lamps: bool) -> PreparedScene {
+    use octray::scene::desc::{EnvironmentDesc, MapDesc};
+    let mut maker = Maker::default();
+    let wall = maker.diffuse([0.6, 0.55, 0.5], [0.0; 3]);
+    maker.quad([[0.0, 0.0, 4.0], [8.0, 0.0, 4.0], [8.0, 0.0, 0.0], [0.0, 0.0, 0.0]], wall);
+    maker.quad([[8.0, 0.0, 4.0], [0.0, 0.0, 4.0], [0.0, 3.0, 4.0], [8.0, 3.0, 4.0]], wall);
+    maker.quad([[8.0, 0.0, 0.0], [8.0, 0.0, 4.0], [8.0, 3.0, 4.0], [8.0, 3.0, 0.0]], wall);
+    maker.quad([[0.0, 0.0, 4.0], [0.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 3.0, 4.0]], wall);
+    // The wall with the window, in four parts, and the ceiling.
+    let mut frame = |[x0, x1, x2, x3]: [f32; 4], [y0, y1, y2, y3]: [f32; 4], at: &dyn Fn(f32, f32) -> [f32; 3]| {
+        for ([left, right], [low, high]) in
+            [([x0, x1], [y0, y3]), ([x2, x3], [y0, y3]), ([x1, x2], [y0, y1]), ([x1, x2], [y2, y3])]
+        {
+            maker.quad([at(left, low), at(right, low), at(right, high), at(left, high)], wall);
+        }
+    };
+    frame([0.0, 1.5, 2.4, 8.0], [0.0, 1.0, 1.9, 3.0], &|x, y| [x, y, 0.0]);
+    frame([0.0, 5.5, 6.4, 8.0], [0.0, 1.4, 2.3, 4.0], &|x, z| [x, 3.0, z]);
+    maker.cuboid([4.0, 0.0, 0.0], [4.1, 3.0, 3.2], false, wall);
+    if lamps {
+        let lamp = maker.diffuse([0.0; 3], [1.5, 1.4, 1.2]);
+        for (x, z) in [(1.0, 3.0), (3.0, 3.0), (5.0, 3.0), (7.0, 3.0)] {
+            maker.quad([[x, 2.9, z], [x + 0.2, 2.9, z], [x + 0.2, 2.9, z + 0.2], [x, 2.9, z + 0.2]], lamp);
+        }
+    }
+    let (width, height) = (48, 25);
+    let texel = |i: u32| {
+        let (turn, down) = ((i % width) as f64 / f64::from(width), f64::from(i / width) / f64::from(height));
+        let light = 0.4 + 3.0 * (1.0 - down) * (1.0 + (std::f64::consts::TAU * turn).sin()).powi(2);
+        [0.8 * light, 0.9 * light, light].map(|c| c as f32)
+    };
+    let texels = (0..width * height).map(texel).collect();
+    let map = MapDesc { file: "a test's map".into(), width, height, texels, rotate: 0.0, scale: 1.0 };
+    maker.desc.set_environment(Some(EnvironmentDesc::Map(map)));
+    maker.seen([0.4, 1.6, 3.7], [5.0, 1.0, 1.6], 80.0)
+}
+
 /// Pearson's chi-square of counts against what was expected, as a standard normal number (Wilson and Hilferty 1931). Cells of
 /// fewer than 8 expected counts are pooled. Cells need not hold all draws: nothing is said of the rest.
 pub fn chi_square_z(counts: &[f64], expected: &[f64]) -> f64 {

@@ -12,6 +12,7 @@ mod golden;
 mod guide;
 mod learned;
 mod light_tree;
+mod patches;
 mod paths;
 mod polar_rows;
 mod power;

@@ -1,6 +1,6 @@
 //! Light choice by what was learned is unbiased: no sample of the picture has shaped its own density.
 
-use crate::common::{rooms, small};
+use crate::common::{rooms, small, windows};
 use octray::{Engine, Film, Lights, PreparedScene, Sampler, Settings, Strategy, Train, render};
 
 /// Blocks of 4 x 4 pixels along each side of the film.
@@ -40,7 +40,10 @@ fn distances(scene: &PreparedScene, settings: &Settings, (spp, of_tree): (u32, u
     let with = |lights: Lights, spp: u32, seeds: u32| {
         over((0..seeds).map(|seed| {
             let render = render(scene, &Settings { lights, spp, seed: 100 * spp + seed, ..settings.clone() });
-            used.set(used.get() + u32::from(render.stats.learning.is_some_and(|learning| learning.used)));
+            let paid = render.stats.learning.is_some_and(|learning| {
+                learning.used || learning.environment.is_some_and(|environment| environment.used)
+            });
+            used.set(used.get() + u32::from(paid));
             means(&render.film)
         }))
     };
@@ -65,13 +68,22 @@ fn roulette_of_shadow_rays_is_unbiased() {
     check_means(Lights::NeePlusPlus, 16_384, (32, 1024));
 }
 
+/// The same where patches of an environment map are weighed, which rooms see through windows.
+#[test]
+fn learned_patches_are_unbiased() {
+    check_means_of([windows(false), windows(true), windows(false)], Lights::Learned, 16_384, (4, 128));
+}
+
 fn check_means(lights: Lights, paths: u32, samples: (u32, u32)) {
-    for (sky, strategy, sampler) in [
-        (false, Strategy::MisPower, Sampler::Sobol),
-        (true, Strategy::MisPower, Sampler::Independent),
-        (false, Strategy::Nee, Sampler::Sobol),
-    ] {
-        let scene = rooms(sky);
+    check_means_of([rooms(false), rooms(true), rooms(false)], lights, paths, samples);
+}
+
+fn check_means_of(scenes: [PreparedScene; 3], lights: Lights, paths: u32, samples: (u32, u32)) {
+    for (scene, (strategy, sampler)) in scenes.into_iter().zip([
+        (Strategy::MisPower, Sampler::Sobol),
+        (Strategy::MisPower, Sampler::Independent),
+        (Strategy::Nee, Sampler::Sobol),
+    ]) {
         let settings = Settings {
             strategy,
             lights,

@@ -1,11 +1,10 @@
 //! From counted shadow rays to tables.
 
-use crate::learn::build::LEAST;
 use crate::learn::outcome::Learning;
 use crate::learn::visibility::records::{Sightings, VisibilityRecords};
 use crate::learn::visibility::{LEAST_SURVIVAL, LEAST_TRACED};
 use crate::tables::PreparedScene;
-use crate::tables::lights::learned::{ALIKE, FACES, LearnedLights, MIRROR_BINS, NO_SLOT};
+use crate::tables::lights::learned::{ALIKE, FACES, LEAST_FACTOR, LearnedLights, MIRROR_BINS, NO_SLOT};
 use crate::tables::lights::table::{LightTable, Selection, power};
 use crate::tables::lights::tree::{LEAF, LightTree, WIDTH};
 use crate::tables::lights::visibility::{STEPS, Visibility};
@@ -120,7 +119,7 @@ fn word(worth: [f64; WIDTH]) -> u64 {
     if most == 0.0 {
         return ALIKE;
     }
-    u64::from_le_bytes(worth.map(|worth| (255.0 * (worth / most).max(LEAST)).round() as u8))
+    u64::from_le_bytes(worth.map(|worth| (255.0 * (worth / most).max(LEAST_FACTOR)).round() as u8))
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@
 //! 4. The visibility of a pair is (free + 1) / (traced + 1): unknown pairs count as visible, and none as invisible.
 //! 5. The factor of a column of the light tree's root or of one of its child nodes is the mean of the visibilities of the emitters
 //!    below it, each in the cell of its centroid, weighed by power; in 255ths of the largest of its node, at least 1/32 of that
-//!    ([`crate::learn::build::LEAST`]). Normals and materials do not matter: all keys of a cell share a row.
+//!    ([`crate::tables::lights::learned::LEAST_FACTOR`]). Normals and materials do not matter: all keys of a cell share a row.
 //! 6. A shadow ray is traced with the visibility of its pair as probability, in 256ths, at least [`LEAST_SURVIVAL`]; always where
 //!    fewer than [`LEAST_TRACED`] were recorded. Its contribution is divided by that. The densities that multiple importance
 //!    sampling weighs by do not know of it, so weights are as without: either is unbiased.

@@ -2,6 +2,7 @@
 
 use crate::lanes::{F32x8, LANES, U32x8, Vec3x8, atan2_turns, polar_half_turns, sin_cos_turns};
 use crate::tables::lights::environment::{Distribution, EnvironmentMap};
+use crate::tables::lights::patches::LearnedPatches;
 
 /// Eight texels.
 pub struct Texels {
@@ -11,8 +12,9 @@ pub struct Texels {
     pub pdf_dir: F32x8,
 }
 
+/// The texels with these indices.
 #[inline(always)]
-fn gather_texels(map: &EnvironmentMap, index: U32x8) -> Texels {
+pub fn gather_texels(map: &EnvironmentMap, index: U32x8) -> Texels {
     let at = index.to_array();
     let rows: [&[f32; 4]; LANES] = std::array::from_fn(|lane| bytemuck::cast_ref(&map.texels[at[lane] as usize]));
     let column = |c: usize| F32x8::from_array(std::array::from_fn(|lane| rows[lane][c]));
@@ -31,7 +33,35 @@ pub fn sample_map(
 ) -> (Vec3x8, Texels) {
     // A table lookup a lane: the scalar rule is the lane rule.
     let (word, fork) = (words[0].to_array(), words[1].to_array());
-    let index: [u32; LANES] = std::array::from_fn(|lane| distribution.choose([word[lane], fork[lane]]));
+    sample_texels(map, std::array::from_fn(|lane| distribution.choose([word[lane], fork[lane]])), u)
+}
+
+/// [`sample_map`], where texels are chosen by what was learned for the rows `row`; and by what factors that has multiplied the
+/// densities.
+#[inline(never)]
+pub fn sample_learned(
+    map: &EnvironmentMap,
+    learned: &LearnedPatches,
+    row: U32x8,
+    words: [U32x8; 2],
+    u: [F32x8; 2],
+) -> (Vec3x8, Texels, F32x8) {
+    let (word, fork, rows) = (words[0].to_array(), words[1].to_array(), row.to_array());
+    let chosen: [_; LANES] = std::array::from_fn(|lane| learned.choose(rows[lane], [word[lane], fork[lane]]));
+    let (direction, texels) = sample_texels(map, chosen.map(|(index, _)| index), u);
+    (direction, texels, F32x8::from_array(chosen.map(|(_, ratio)| ratio)))
+}
+
+/// By what factors what was learned for the rows `row` multiplies the densities of texels.
+#[inline(always)]
+pub fn ratios(learned: &LearnedPatches, row: U32x8, index: U32x8) -> F32x8 {
+    let (row, index) = (row.to_array(), index.to_array());
+    F32x8::from_array(std::array::from_fn(|lane| learned.ratio_of_texel(row[lane], index[lane])))
+}
+
+/// Points in texels, uniform in their solid angles.
+#[inline(always)]
+fn sample_texels(map: &EnvironmentMap, index: [u32; LANES], u: [F32x8; 2]) -> (Vec3x8, Texels) {
     let row = U32x8::from_array(index.map(|index| index / map.width));
     let column = U32x8::from_array(index.map(|index| index % map.width));
     let turns = (column.to_f32() + u[0]) / F32x8::splat(map.width as f32) - F32x8::splat(map.turn);
@@ -78,10 +108,4 @@ pub fn texel_indices(map: &EnvironmentMap, direction: Vec3x8) -> U32x8 {
     let row = before.select_u32(row - one, after.select_u32((row + one).min_signed(last), row));
     let row = y.lt(F32x8::ZERO).select_u32(U32x8::splat(map.height - 1) - row, row);
     row * U32x8::splat(map.width) + column
-}
-
-/// The texels that unit directions look at.
-#[inline(always)]
-pub fn look_up(map: &EnvironmentMap, direction: Vec3x8) -> Texels {
-    gather_texels(map, texel_indices(map, direction))
 }

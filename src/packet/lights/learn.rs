@@ -1,10 +1,12 @@
 //! What a training render writes down of eight light samples.
 
 use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::learn::patches::PatchVisit;
 use crate::learn::records::{CAP, Lesson, LightRecords, PLAIN_UNIT, SQUARE_UNIT, Visit};
 use crate::packet::lights::sample::LightSamples;
 use crate::packet::lights::tree::{Receivers, cluster_importances, shares};
 use crate::tables::lights::learned::{LearnedLights, NO_SLOT};
+use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::table::{LightTable, Selection};
 use crate::tables::lights::targets::MISSED;
 use crate::tables::lights::tree::{LEAF, LightTree};
@@ -21,6 +23,8 @@ pub struct Samples<'a> {
     pub sample: &'a LightSamples,
     /// Their contributions without the paths' throughputs.
     pub gain: Vec3x8,
+    /// The words that choose patches of an environment map.
+    pub word: U32x8,
     /// Lanes that drew one.
     pub drawn: Mask8,
     /// Lanes whose sample has got a shadow ray.
@@ -30,28 +34,52 @@ pub struct Samples<'a> {
 /// Writes down samples that cannot contribute; what the others tell goes to `pending`, in the order of the lanes.
 #[inline(never)]
 pub fn record(samples: &Samples, pending: &mut Vec<Lesson>, records: &mut LightRecords) {
-    let (Selection::Tree(tree), Some(learned)) = (&samples.lights.selection, &samples.lights.learned) else { return };
+    let Some(learned) = &samples.lights.learned else { return };
     let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
     let (origin, normal) = (columns(samples.receivers.origin), columns(samples.receivers.normal));
     let (key, row) = (samples.key.to_array(), samples.receivers.row.to_array());
     let (target, tmax) = (samples.sample.target.to_array(), samples.sample.shadow_tmax.to_array());
     let gain = (samples.gain.x + samples.gain.y + samples.gain.z).to_array();
+    let word = samples.word.to_array();
     let mut lanes = samples.drawn.bits();
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize;
         lanes &= lanes - 1;
         let at = |v: &[[f32; LANES]; 3]| Vec3x8::splat([v[0][lane], v[1][lane], v[2][lane]]);
-        let lesson = if tmax[lane] == f32::INFINITY {
-            Lesson::default()
-        } else {
-            let place = Place { origin: at(&origin), normal: at(&normal), key: key[lane], row: row[lane] };
-            lesson(tree, learned, &place, target[lane] & !MISSED, gain[lane])
+        let lesson = match (&samples.lights.selection, &learned.patches) {
+            (_, Some(patches)) if tmax[lane] == f32::INFINITY => {
+                let patch = patch_visit(patches, key[lane], row[lane], word[lane], gain[lane]);
+                Lesson { patch: Some(patch), ..Lesson::default() }
+            }
+            (Selection::Tree(tree), _) if tmax[lane] < f32::INFINITY && learned.slot_count > 0 => {
+                let place = Place { origin: at(&origin), normal: at(&normal), key: key[lane], row: row[lane] };
+                lesson(tree, learned, &place, target[lane] & !MISSED, gain[lane])
+            }
+            _ => Lesson::default(),
         };
         if samples.traced.bits() >> lane & 1 == 1 {
             pending.push(lesson);
         } else {
             records.note(&lesson, false);
         }
+    }
+}
+
+/// What a sample of an environment map tells that the word `word` has chosen a patch for, and that contributes `gain` if it is
+/// free.
+fn patch_visit(patches: &LearnedPatches, key: u32, row: u32, word: u32, gain: f32) -> PatchVisit {
+    let patch = patches.patch(row, word);
+    let ratio = patches.ratio(row, patch);
+    let worth = gain * ratio / patches.unit;
+    let worth = if worth < CAP { worth } else { CAP };
+    let square = worth * worth * SQUARE_UNIT;
+    let without = square / ratio;
+    PatchVisit {
+        key,
+        patch: patch as u32,
+        square: square as u64,
+        with: (without / ratio) as u64,
+        without: without as u64,
     }
 }
 

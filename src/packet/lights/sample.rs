@@ -4,7 +4,7 @@ use crate::bvh::aim::{aim, precise_lanes};
 use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 use crate::packet::alpha_masks::opaque;
 use crate::packet::lights::choose::{Choice, Light8, choose, probability};
-use crate::packet::lights::environment::{map_pdf_dir, sample_map};
+use crate::packet::lights::environment::{map_pdf_dir, sample_learned, sample_map};
 use crate::packet::lights::tree::Receivers;
 use crate::packet::lights::triangle::solid_angles;
 use crate::packet::records::LightColumns;
@@ -47,14 +47,14 @@ pub fn sample_lights(
 ) -> LightSamples {
     let receivers = Receivers { origin: points.origin, normal: points.normal, row };
     let choice = choose(lights, &receivers, active, draws.select);
-    let Some(environment) = lights.environment else { return sample_emitters(lights, points, &choice, draws.point) };
-    let fork = draws.fork();
-    if lights.records.is_empty() {
-        return sample_environment(environment, points, &choice, [choice.word, fork], draws.point);
+    if lights.environment.is_none() {
+        return sample_emitters(lights, points, &choice, draws.point);
     }
-    // Choosing has spent three bits of the word: the fork's first three replace them.
-    let words = [choice.word | fork >> 29, fork << 3];
-    let a = sample_environment(environment, points, &choice, words, draws.point);
+    let words = environment_words(lights, choice.word, draws.fork());
+    let a = sample_environment(lights, points, row, &choice, words, draws.point);
+    if lights.records.is_empty() {
+        return a;
+    }
     let b = sample_emitters(lights, points, &choice, draws.point);
     let sky = choice.environment;
     LightSamples {
@@ -166,22 +166,39 @@ pub fn light_pdf_dir(
     probability * solid_angles.pdf_dir(pdf_area * (t * t) / light_cosine)
 }
 
-/// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance.
+/// The words that choose texels of an environment map, where choosing a light leaves `word`. Where there was something to
+/// choose, three of its bits are spent: the first three of `fork` replace them.
+#[inline(always)]
+pub fn environment_words(lights: &LightTable, word: U32x8, fork: U32x8) -> [U32x8; 2] {
+    if lights.records.is_empty() { [word, fork] } else { [word | fork >> 29, fork << 3] }
+}
+
+/// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance, and by what was
+/// learned for the rows `row`.
 #[inline(always)]
 fn sample_environment(
-    environment: EnvironmentLight,
+    lights: &LightTable,
     points: &SurfacePoints,
+    row: U32x8,
     choice: &Choice,
     words: [U32x8; 2],
     u: [F32x8; 2],
 ) -> LightSamples {
-    let (direction, radiance, map_pdf) = match environment {
-        EnvironmentLight::Constant(radiance) => {
+    let patches = lights.learned.as_ref().and_then(|learned| learned.patches.as_ref());
+    let (direction, radiance, map_pdf) = match lights.environment {
+        Some(EnvironmentLight::Map(map, distribution)) => match patches {
+            None => {
+                let (direction, texels) = sample_map(map, distribution, words, u);
+                (direction, texels.radiance, Some(map_pdf_dir(distribution, &texels)))
+            }
+            Some(patches) => {
+                let (direction, texels, ratio) = sample_learned(map, patches, row, words, u);
+                (direction, texels.radiance, Some(map_pdf_dir(distribution, &texels) * ratio))
+            }
+        },
+        other => {
+            let radiance = if let Some(EnvironmentLight::Constant(radiance)) = other { radiance } else { [0.0; 3] };
             (to_world(sample_cosine_hemisphere(u), points.normal), Vec3x8::splat(radiance), None)
-        }
-        EnvironmentLight::Map(map, distribution) => {
-            let (direction, texels) = sample_map(map, distribution, words, u);
-            (direction, texels.radiance, Some(map_pdf_dir(distribution, &texels)))
         }
     };
     // From the rounded directions, as the BSDF will see them.

@@ -7,7 +7,7 @@ use crate::packet::bsdf::Scattered;
 use crate::packet::context::StageContext;
 use crate::packet::lights::factors::keys;
 use crate::packet::lights::learn::{Samples, record};
-use crate::packet::lights::sample::{LightSamples, sample_lights};
+use crate::packet::lights::sample::{LightSamples, environment_words, sample_lights};
 use crate::packet::lights::tree::Receivers;
 use crate::packet::lights::visibility::play_roulette;
 use crate::packet::mis;
@@ -76,6 +76,8 @@ pub(super) struct DirectLight {
     pub drawn: Mask8,
     /// Lanes in which the one-sample strategy's coin chose the light.
     pub chosen: Mask8,
+    /// The words that choose patches of an environment map.
+    pub word: U32x8,
 }
 
 /// Draws the light samples that a strategy wants; `coin`: it tosses one between them and BSDF samples.
@@ -97,7 +99,9 @@ pub(super) fn draw_light<const DETAIL: bool>(context: &StageContext, coin: bool,
     if let Some(visibility) = &lights.visibility {
         active = play_roulette(visibility, hits.points.origin, &mut light, active, draws.roulette());
     }
-    DirectLight { light, active, drawn: wanted, chosen }
+    let spent = if lights.records.is_empty() { draws.select } else { draws.select << 3 };
+    let [word, _] = environment_words(lights, spent, draws.fork());
+    DirectLight { light, active, drawn: wanted, chosen, word }
 }
 
 /// Puts light samples that can contribute into the shadow queue, finished but for their visibility. `rule`: what they count;
@@ -124,6 +128,7 @@ pub(super) fn add_light_samples(
             key: hits.key,
             sample: light,
             gain: (scattered.f_cosine * light.radiance).scale(weight / light.pdf_dir),
+            word: direct.word,
             drawn: direct.drawn,
             traced: Mask8::from_bits(bits),
         };

@@ -4,7 +4,7 @@ use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
 use crate::packet::context::{StageContext, StageFn};
 use crate::packet::counters::Counters;
 use crate::packet::lights::choose::{Light8, probability};
-use crate::packet::lights::environment::{look_up, map_pdf_dir};
+use crate::packet::lights::environment::{gather_texels, map_pdf_dir, ratios, texel_indices};
 use crate::packet::lights::tree::Receivers;
 use crate::packet::queues::{SLOT, TileState};
 use crate::packet::stages::shade_emitter::emission_weight;
@@ -27,6 +27,7 @@ fn shade_miss<const MAP: bool>(context: &StageContext, state: &mut TileState, _:
         Some(EnvironmentLight::Constant(radiance)) => radiance,
         _ => [0.0; 3],
     };
+    let patches = setup.lights.learned.as_ref().and_then(|learned| learned.patches.as_ref());
     let TileState { paths, misses, slots, .. } = state;
     for first in (0..misses.len).step_by(LANES) {
         let (row, active) = misses.block(first);
@@ -36,9 +37,15 @@ fn shade_miss<const MAP: bool>(context: &StageContext, state: &mut TileState, _:
         let pdf_dir = if decisions.needs.pdf { gather(&paths.pdf_dir) } else { F32x8::ONE };
         let (radiance, pdf_light) = match setup.lights.environment {
             Some(EnvironmentLight::Map(map, distribution)) if MAP => {
-                let texels = look_up(map, Vec3x8::new(gather(&rays.dx), gather(&rays.dy), gather(&rays.dz)));
+                let index = texel_indices(map, Vec3x8::new(gather(&rays.dx), gather(&rays.dy), gather(&rays.dz)));
+                let texels = gather_texels(map, index);
                 let pdf_light = map_pdf_dir(distribution, &texels);
-                (texels.radiance, pdf_light)
+                match patches.filter(|_| decisions.needs.row) {
+                    None => (texels.radiance, pdf_light),
+                    Some(patches) => {
+                        (texels.radiance, pdf_light * ratios(patches, U32x8::gather(&paths.row, row), index))
+                    }
+                }
             }
             // A constant environment is sampled by a cosine hemisphere; so are diffuse surfaces, which then know the density.
             _ if decisions.needs.cosine => (Vec3x8::splat(constant), cosine_hemisphere_pdf_dir(gather(&paths.cosine))),

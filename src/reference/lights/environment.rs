@@ -8,7 +8,11 @@ use crate::tables::lights::environment::{Distribution, EnvironmentMap, Texel};
 ///
 /// `words` choose the texel, `u` the point in it: along the row, and from the nearer pole.
 pub fn sample_map(map: &EnvironmentMap, distribution: &Distribution, words: [u32; 2], u: [Real; 2]) -> (Vec3, Texel) {
-    let index = distribution.choose(words);
+    sample_texel(map, distribution.choose(words), u)
+}
+
+/// A point in the texel `index`, uniform in its solid angle: the unit direction, and the texel.
+pub fn sample_texel(map: &EnvironmentMap, index: u32, u: [Real; 2]) -> (Vec3, Texel) {
     let (row, column) = (index / map.width, index % map.width);
     // Along the row: equal steps of azimuth.
     let turns = (column as Real + u[0]) / map.width as Real - map.turn as Real;

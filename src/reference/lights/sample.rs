@@ -2,7 +2,7 @@
 
 use super::alpha_masks::is_opaque;
 use super::choose::{Light, choose, probability};
-use super::environment::{map_pdf_dir, sample_map, texel_index};
+use super::environment::{map_pdf_dir, sample_map, sample_texel, texel_index};
 use super::intersect::{Hit, Ray, hit_triangle};
 use super::surface::{SurfacePoint, barycentric_point};
 use super::texture::{interpolate, look_up};
@@ -13,6 +13,7 @@ use super::{Real, Vec3, vec3};
 use crate::bvh::precise::PRECISE;
 use crate::fault::lost_digits;
 use crate::sampler::draws::LightDraws;
+use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
 use crate::tables::lights::targets::FREE_PART;
 use crate::tables::textures::NO_TEXTURE;
@@ -72,10 +73,8 @@ pub fn sample_light(
     let u = draws.point.map(|u| u as Real);
     match light {
         Light::Environment => {
-            let fork = draws.fork();
-            // Where there was something to choose, three bits of the word are spent: the fork's first three replace them.
-            let words = if lights.records.is_empty() { [word, fork] } else { [word | fork >> 29, fork << 3] };
-            sample_environment(lights, point, probability, words, u)
+            let words = environment_words(lights, word, draws.fork());
+            sample_environment(lights, point, row, probability, words, u)
         }
         Light::Emitter(emitter) => sample_emitter(lights, point, probability, emitter, u),
     }
@@ -150,10 +149,18 @@ fn aim(lights: &LightTable, chosen: u32, origin: Vec3, direction: Vec3) -> (Targ
     }
 }
 
-/// A constant environment is sampled by a cosine hemisphere about the surface normal, a map by its radiance.
+/// The words that choose a texel of an environment map, where choosing a light leaves `word`. Where there was something to
+/// choose, three of its bits are spent: the first three of `fork` replace them.
+pub fn environment_words(lights: &LightTable, word: u32, fork: u32) -> [u32; 2] {
+    if lights.records.is_empty() { [word, fork] } else { [word | fork >> 29, fork << 3] }
+}
+
+/// A constant environment is sampled by a cosine hemisphere about the surface normal, a map by its radiance; by what was learned
+/// for `row`, if anything was.
 fn sample_environment(
     lights: &LightTable,
     point: &SurfacePoint,
+    row: u32,
     probability: Real,
     words: [u32; 2],
     u: [Real; 2],
@@ -162,10 +169,18 @@ fn sample_environment(
         EnvironmentLight::Constant(radiance) => {
             (to_world(sample_cosine_hemisphere(u), point.normal), vec3(radiance), None)
         }
-        EnvironmentLight::Map(map, distribution) => {
-            let (direction, texel) = sample_map(map, distribution, words, u);
-            (direction, vec3(texel.radiance), Some(map_pdf_dir(distribution, &texel)))
-        }
+        EnvironmentLight::Map(map, distribution) => match patches(lights) {
+            None => {
+                let (direction, texel) = sample_map(map, distribution, words, u);
+                (direction, vec3(texel.radiance), Some(map_pdf_dir(distribution, &texel)))
+            }
+            Some(patches) => {
+                let (index, ratio) = patches.choose(row, words);
+                let (direction, texel) = sample_texel(map, index, u);
+                let pdf_dir = map_pdf_dir(distribution, &texel) * ratio as Real;
+                (direction, vec3(texel.radiance), Some(pdf_dir))
+            }
+        },
     };
     // From the rounded direction, as the BSDF will see it.
     let cosine = point.normal.dot(direction);
@@ -183,6 +198,11 @@ fn sample_environment(
         shadow_tmax: Real::INFINITY,
         target: Target::Environment,
     })
+}
+
+/// What was learned of patches of the environment map.
+fn patches<'a>(lights: &'a LightTable) -> Option<&'a LearnedPatches> {
+    lights.learned.as_ref()?.patches.as_ref()
 }
 
 /// The radiance that `light` emits at a point of it; 0 where it is cut out.
@@ -225,8 +245,11 @@ pub fn environment_in_direction(
     let (radiance, pdf_dir) = match lights.environment? {
         EnvironmentLight::Constant(radiance) => (vec3(radiance), cosine_hemisphere_pdf_dir(cosine)),
         EnvironmentLight::Map(map, distribution) => {
-            let texel = &map.texels[texel_index(map, direction)];
-            (vec3(texel.radiance), map_pdf_dir(distribution, texel))
+            let index = texel_index(map, direction);
+            let texel = &map.texels[index];
+            let pdf_dir = map_pdf_dir(distribution, texel);
+            let ratio = patches(lights).map(|patches| patches.ratio_of_texel(receiver.row, index as u32) as Real);
+            (vec3(texel.radiance), ratio.map_or(pdf_dir, |ratio| pdf_dir * ratio))
         }
     };
     Some((radiance, probability(lights, receiver, Light::Environment) * pdf_dir))

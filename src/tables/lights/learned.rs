@@ -4,8 +4,10 @@
 //!
 //! ```text
 //! key (cell and face of a hit) --rows--> row --(row, slot of the node)--> word: a byte for each of the node's eight columns
+//!                                            \--(row, patch)--> share of a patch of the environment map
 //! ```
 
+use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::tree::{LEAF, LightTree, WIDTH};
 use crate::tables::prepared::PreparedScene;
 
@@ -21,6 +23,9 @@ pub const LEVELS: usize = 2;
 
 /// The word of a node of which nothing is known: all columns alike.
 pub const ALIKE: u64 = 0x0101_0101_0101_0101;
+/// The least factor over the largest of its node: what was not worth anything so far still gets samples. (0.1 cost efficiency,
+/// as did a part of samples without factors.)
+pub const LEAST_FACTOR: f64 = 1.0 / 32.0;
 /// [`LearnedLights::slots`] of a node without words.
 pub const NO_SLOT: u32 = u32::MAX;
 
@@ -83,7 +88,7 @@ pub struct LearnedLights {
     pub rows: Vec<u32>,
     /// Per node of the light tree, its slot, or [`NO_SLOT`].
     pub slots: Vec<u32>,
-    /// Slots a row.
+    /// Slots a row; 0: nothing is known of a light tree.
     pub slot_count: u32,
     /// Per row and slot, a byte from 1 to 255 for each of the node's columns, the first lowest: what the column's importance is
     /// multiplied by. Row 0 is [`ALIKE`] all along.
@@ -91,12 +96,30 @@ pub struct LearnedLights {
     /// Of a cluster of importance 1, what its samples may be worth: the strongest light's power over pi, as a diffuse white
     /// surface would send it on, summed over the channels.
     pub unit: f32,
+    /// What was learned of the environment map.
+    pub patches: Option<LearnedPatches>,
 }
 
 impl LearnedLights {
-    /// Tables that know nothing.
-    pub fn new(scene: &PreparedScene, tree: &LightTree) -> LearnedLights {
+    /// Tables that know nothing, of a light tree and of a map, as far as there are these.
+    pub fn new(scene: &PreparedScene, tree: Option<&LightTree>, patches: Option<LearnedPatches>) -> LearnedLights {
         let grid = Grid::new(scene);
+        let mut learned = LearnedLights {
+            grid,
+            rows: vec![0; grid.keys() as usize],
+            slots: Vec::new(),
+            slot_count: 0,
+            words: Vec::new(),
+            unit: 0.0,
+            patches,
+        };
+        if let Some(tree) = tree {
+            learned.add_tree(tree);
+        }
+        learned
+    }
+
+    fn add_tree(&mut self, tree: &LightTree) {
         let mut slots = vec![NO_SLOT; tree.nodes.len()];
         slots[0] = 0;
         let root = &tree.nodes[0];
@@ -104,14 +127,21 @@ impl LearnedLights {
         let children: Vec<usize> = children.map(|column| root.child[column] as usize).collect();
         children.iter().zip(1..).for_each(|(&child, slot)| slots[child] = slot);
         let slot_count = 1 + children.len() as u32;
-        LearnedLights {
-            grid,
-            rows: vec![0; grid.keys() as usize],
-            slots,
-            slot_count,
-            words: vec![ALIKE; slot_count as usize],
-            unit: tree.strongest / std::f32::consts::PI,
-        }
+        self.slots = slots;
+        self.slot_count = slot_count;
+        self.words = vec![ALIKE; slot_count as usize];
+        self.unit = tree.strongest / std::f32::consts::PI;
+    }
+
+    /// Forgets what is known of the light tree.
+    pub fn forget_tree(&mut self) {
+        (self.slots, self.slot_count, self.words) = (Vec::new(), 0, Vec::new());
+    }
+
+    /// The tables, if they know a light tree.
+    #[inline]
+    pub fn of_tree(&self) -> Option<&LearnedLights> {
+        (self.slot_count > 0).then_some(self)
     }
 
     /// The word of a node for a row.
@@ -125,10 +155,12 @@ impl LearnedLights {
 
     /// The tables and their sizes in bytes.
     pub fn tables(&self) -> Vec<(&'static str, usize)> {
-        vec![
+        let mut tables = vec![
             ("learned light rows", size_of_val(&self.rows[..])),
             ("learned light slots", size_of_val(&self.slots[..])),
             ("learned light factors", size_of_val(&self.words[..])),
-        ]
+        ];
+        tables.extend(self.patches.iter().flat_map(LearnedPatches::tables));
+        tables
     }
 }

@@ -4,6 +4,7 @@ pub mod alias;
 pub mod emitters;
 pub mod environment;
 pub mod learned;
+pub mod patches;
 pub mod table;
 pub mod targets;
 pub mod tree;

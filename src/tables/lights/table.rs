@@ -148,7 +148,8 @@ pub struct LightTable<'a> {
     pub two_sided: bool,
     /// How a triangle is chosen.
     pub selection: Selection<'a>,
-    /// What was learned of the tree's clusters; only under [`Selection::Tree`], and only where it pays.
+    /// What was learned of the tree's clusters, under [`Selection::Tree`], and of patches of an environment map; only where it
+    /// pays.
     pub learned: Option<LearnedLights>,
     /// What was learned of which cells see each other; only under [`Lights::NeePlusPlus`].
     pub visibility: Option<Visibility>,
@@ -272,10 +273,16 @@ pub fn selection_name(table: &LightTable) -> String {
         Selection::Fixed(Fixed::Uniform(_)) => Some("uniform"),
         Selection::Fixed(Fixed::Alias(_)) => Some("power (alias table)"),
         Selection::Tree(_) if table.visibility.is_some() => Some("light tree, weighed by visibility"),
-        Selection::Tree(_) if table.learned.is_some() => Some("light tree, weighed by what was learned"),
+        Selection::Tree(_) if table.learned.as_ref().is_some_and(|learned| learned.slot_count > 0) => {
+            Some("light tree, weighed by what was learned")
+        }
         Selection::Tree(_) => Some("light tree"),
     };
+    let patches = table.learned.as_ref().is_some_and(|learned| learned.patches.is_some());
     let environment = table.environment.map(|environment| match environment {
+        EnvironmentLight::Map(..) if patches => {
+            "environment map, importance sampled, patches weighed by what was learned"
+        }
         EnvironmentLight::Constant(_) => "constant environment, by cosine",
         EnvironmentLight::Map(_, Distribution { floor: 0.0, .. }) => "environment map, importance sampled",
         EnvironmentLight::Map(..) => "environment map, importance sampled above its mean",
