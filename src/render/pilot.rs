@@ -158,13 +158,12 @@ pub(super) fn judge_lights(
     if learned.patches.is_some() {
         let (used, why) = judged(of_patches);
         if !used {
-            forget_patches(setup);
+            learned.patches = None;
         }
         learning.environment = Some(EnvironmentLearning { used, why, forecast: of_patches });
     }
-    let learned = &mut setup.lights.learned;
-    if learned.as_ref().is_some_and(|learned| learned.slot_count == 0 && learned.patches.is_none()) {
-        *learned = None;
+    if learned.slot_count == 0 && learned.patches.is_none() {
+        setup.lights.learned = None;
     }
 }
 
@@ -179,24 +178,11 @@ fn judged(forecast: Option<f64>) -> (bool, String) {
     }
 }
 
-/// Has patches of the environment map drawn by what is learned of them, if that is `wanted`; their texels then by radiance.
+/// Gives the lights tables that know nothing yet, for what is `wanted`.
 pub(super) fn new_tables(setup: &mut Setup, wanted: &Wanted) {
-    let compensated = wanted.patches && setup.strategy.is_mis();
-    let patches = if wanted.patches { setup.scene.patches(compensated) } else { None };
-    if let (true, Some(EnvironmentLight::Map(map, _))) = (wanted.patches, setup.lights.environment) {
-        setup.lights.environment = Some(EnvironmentLight::Map(map, map.distribution(compensated)));
-    }
+    let patches = if wanted.patches { setup.scene.patches(setup.strategy.is_mis()) } else { None };
     let some = wanted.tree.is_some() || patches.is_some();
     setup.lights.learned = some.then(|| LearnedLights::new(setup.scene, wanted.tree, patches));
-}
-
-fn forget_patches(setup: &mut Setup) {
-    if let Some(learned) = &mut setup.lights.learned {
-        learned.patches = None;
-    }
-    if let Some(EnvironmentLight::Map(map, _)) = setup.lights.environment {
-        setup.lights.environment = Some(EnvironmentLight::Map(map, map.distribution(setup.strategy.is_mis())));
-    }
 }
 
 /// Whether directions are guided, given the second moment of what paths bring after their bounces.
