@@ -250,6 +250,25 @@ pub fn windows(lamps: bool) -> PreparedScene {
     maker.seen([0.4, 1.6, 3.7], [5.0, 1.0, 1.6], 80.0)
 }
 
+/// Threads, a break after three samples and a crop leave no trace in the image that `settings` give, with more than three samples
+/// and at least 20 x 12 pixels.
+pub fn check_no_trace(scene: &PreparedScene, settings: &Settings) {
+    use octray::{Crop, render, render_from};
+    let engine = settings.engine;
+    let whole = render(scene, settings).film;
+    let many = render(scene, &Settings { threads: 3, ..settings.clone() }).film;
+    assert_eq!(first_difference(&whole, &many), None, "{engine}, threads");
+    let first = render(scene, &Settings { spp: 3, ..settings.clone() }).film;
+    let resumed = render_from(scene, settings, Some(&first), &|_| true).film;
+    assert_eq!(first_difference(&whole, &resumed), None, "{engine}, resumed");
+    let crop = Crop { x: 11, y: 5, width: 9, height: 7 };
+    let part = render(scene, &Settings { crop: Some(crop), ..settings.clone() }).film;
+    for (x, y) in (0..crop.height).flat_map(|y| (0..crop.width).map(move |x| (x, y))) {
+        let bits = |mean: [f32; 3]| mean.map(f32::to_bits);
+        assert_eq!(bits(part.mean(x, y)), bits(whole.mean(crop.x + x, crop.y + y)), "{engine}, {x},{y}");
+    }
+}
+
 /// Pearson's chi-square of counts against what was expected, as a standard normal number (Wilson and Hilferty 1931). Cells of
 /// fewer than 8 expected counts are pooled. Cells need not hold all draws: nothing is said of the rest.
 pub fn chi_square_z(counts: &[f64], expected: &[f64]) -> f64 {

@@ -1,6 +1,6 @@
 //! What is learned of lights: the same tables and the same pictures in both engines, whatever the threads, passes and crops.
 
-use crate::common::{first_difference, prepared, rooms, small};
+use crate::common::{check_no_trace, first_difference, prepared, rooms, small};
 use octray::internal::lanes::LANES;
 use octray::internal::learn::outcome::Learning;
 use octray::internal::packet::lights::factors as factors_x8;
@@ -14,8 +14,8 @@ use octray::internal::sampler::{random_words, unit};
 use octray::internal::tables::lights::learned::{ALIKE, LearnedLights};
 use octray::internal::tables::lights::table::Selection;
 use octray::internal::{packet, trace};
+use octray::render;
 use octray::{Crop, Engine, F32x8, Lights, Mask8, PreparedScene, Sampler, Settings, Strategy, Train, U32x8, Vec3x8};
-use octray::{render, render_from};
 use single::Vec3;
 
 /// Settings of a small picture that learns from so many paths.
@@ -92,18 +92,7 @@ fn crops_threads_and_breaks_leave_no_trace() {
     let scene = rooms(false);
     for engine in [Engine::Packet, Engine::Scalar] {
         let settings = Settings { engine, ..learning(30, 22, 8, 2048) };
-        let whole = render(&scene, &settings).film;
-        let many = render(&scene, &Settings { threads: 3, ..settings.clone() }).film;
-        assert_eq!(first_difference(&whole, &many), None, "{engine}, threads");
-        let first = render(&scene, &Settings { spp: 3, ..settings.clone() }).film;
-        let resumed = render_from(&scene, &settings, Some(&first), &|_| true).film;
-        assert_eq!(first_difference(&whole, &resumed), None, "{engine}, resumed");
-        let crop = Crop { x: 11, y: 5, width: 9, height: 7 };
-        let part = render(&scene, &Settings { crop: Some(crop), ..settings.clone() }).film;
-        for (x, y) in (0..crop.height).flat_map(|y| (0..crop.width).map(move |x| (x, y))) {
-            let bits = |mean: [f32; 3]| mean.map(f32::to_bits);
-            assert_eq!(bits(part.mean(x, y)), bits(whole.mean(crop.x + x, crop.y + y)), "{engine}, {x},{y}");
-        }
+        check_no_trace(&scene, &settings);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Light samples of an environment map by what was learned of its patches (`--lights learned`): the same tables and pictures in
 //! both engines, and densities that are those of what is drawn.
 
-use crate::common::{chi_square_z, first_difference, prepared, small, windows};
+use crate::common::{check_no_trace, chi_square_z, first_difference, prepared, small, windows};
 use octray::internal::learn::outcome::Learning;
 use octray::internal::packet::plan::Plan;
 use octray::internal::reference::single::lights::environment::map_pdf_dir;
@@ -13,9 +13,9 @@ use octray::internal::tables::lights::learned::LearnedLights;
 use octray::internal::tables::lights::patches::PATCHES;
 use octray::internal::tables::lights::table::EnvironmentLight;
 use octray::internal::{packet, trace};
+use octray::render;
 use octray::scene::camera::CameraPath;
-use octray::{Crop, Engine, Guide, Lights, PreparedScene, Sampler, Sequence, Settings, Strategy, Train};
-use octray::{render, render_from};
+use octray::{Engine, Guide, Lights, PreparedScene, Sampler, Sequence, Settings, Strategy, Train};
 
 /// Settings of a small picture that learns from so many paths.
 fn learning(width: u32, height: u32, spp: u32, paths: u32) -> Settings {
@@ -122,18 +122,7 @@ fn crops_threads_and_breaks_leave_no_trace() {
     let scene = windows(true);
     for engine in [Engine::Packet, Engine::Scalar] {
         let settings = Settings { engine, ..learning(30, 22, 8, 4096) };
-        let whole = render(&scene, &settings).film;
-        let many = render(&scene, &Settings { threads: 3, ..settings.clone() }).film;
-        assert_eq!(first_difference(&whole, &many), None, "{engine}, threads");
-        let first = render(&scene, &Settings { spp: 3, ..settings.clone() }).film;
-        let resumed = render_from(&scene, &settings, Some(&first), &|_| true).film;
-        assert_eq!(first_difference(&whole, &resumed), None, "{engine}, resumed");
-        let crop = Crop { x: 11, y: 5, width: 9, height: 7 };
-        let part = render(&scene, &Settings { crop: Some(crop), ..settings.clone() }).film;
-        for (x, y) in (0..crop.height).flat_map(|y| (0..crop.width).map(move |x| (x, y))) {
-            let bits = |mean: [f32; 3]| mean.map(f32::to_bits);
-            assert_eq!(bits(part.mean(x, y)), bits(whole.mean(crop.x + x, crop.y + y)), "{engine}, {x},{y}");
-        }
+        check_no_trace(&scene, &settings);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Next event estimation by learned visibility (`--lights nee-plus-plus`): the same tables, rays and pictures in both engines,
 //! whatever the threads, passes and crops.
 
-use crate::common::{first_difference, prepared, rooms, small};
+use crate::common::{check_no_trace, first_difference, prepared, rooms, small};
 use octray::internal::learn::outcome::Learning;
 use octray::internal::learn::visibility::LEAST_SURVIVAL;
 use octray::internal::packet::plan::Plan;
@@ -11,9 +11,9 @@ use octray::internal::setup::Setup;
 use octray::internal::tables::lights::learned::{ALIKE, LearnedLights};
 use octray::internal::tables::lights::visibility::{NO_EMITTER, STEPS, Visibility};
 use octray::internal::{packet, trace};
+use octray::render;
 use octray::scene::camera::CameraPath;
 use octray::{Crop, Engine, Guide, Lights, PreparedScene, Sampler, Sequence, Settings, Strategy, Train};
-use octray::{render, render_from};
 
 /// Settings of a small picture that learns from so many paths.
 fn learning(width: u32, height: u32, spp: u32, paths: u32) -> Settings {
@@ -88,18 +88,7 @@ fn crops_threads_and_breaks_leave_no_trace() {
     for (scene, guide) in [(rooms(false), Guide::Off), (prepared("scenes/door_ajar.toml"), Guide::On)] {
         for engine in [Engine::Packet, Engine::Scalar] {
             let settings = Settings { engine, guide, ..learning(30, 22, 8, 4096) };
-            let whole = render(&scene, &settings).film;
-            let many = render(&scene, &Settings { threads: 3, ..settings.clone() }).film;
-            assert_eq!(first_difference(&whole, &many), None, "{engine}, threads");
-            let first = render(&scene, &Settings { spp: 3, ..settings.clone() }).film;
-            let resumed = render_from(&scene, &settings, Some(&first), &|_| true).film;
-            assert_eq!(first_difference(&whole, &resumed), None, "{engine}, resumed");
-            let crop = Crop { x: 11, y: 5, width: 9, height: 7 };
-            let part = render(&scene, &Settings { crop: Some(crop), ..settings.clone() }).film;
-            for (x, y) in (0..crop.height).flat_map(|y| (0..crop.width).map(move |x| (x, y))) {
-                let bits = |mean: [f32; 3]| mean.map(f32::to_bits);
-                assert_eq!(bits(part.mean(x, y)), bits(whole.mean(crop.x + x, crop.y + y)), "{engine}, {x},{y}");
-            }
+            check_no_trace(&scene, &settings);
         }
     }
 }
