@@ -31,15 +31,44 @@ pub struct PatchVisit {
     pub without: u64,
 }
 
+/// The records of one key, or of several.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sums {
+    /// Samples by patch.
+    pub count: [u64; PATCHES],
+    /// Sums of [`PatchVisit::square`] of samples that nothing blocked.
+    pub square: [u64; PATCHES],
+}
+
+impl Default for Sums {
+    fn default() -> Sums {
+        Sums { count: [0; PATCHES], square: [0; PATCHES] }
+    }
+}
+
+impl Sums {
+    fn add(&mut self, other: &Sums) {
+        for patch in 0..PATCHES {
+            self.count[patch] += other.count[patch];
+            self.square[patch] += other.square[patch];
+        }
+    }
+
+    /// The mean squares by patch, where `belief` counts as [`BELIEF`] samples.
+    fn means(&self, belief: &[f64; PATCHES]) -> [f64; PATCHES] {
+        let Sums { count, square } = self;
+        let mean = |patch: usize| (square[patch] as f64 + BELIEF * belief[patch]) / (count[patch] as f64 + BELIEF);
+        std::array::from_fn(mean)
+    }
+}
+
 /// The records of one key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchRecord {
     /// The key.
     pub key: u32,
-    /// Samples by patch.
-    pub count: [u64; PATCHES],
-    /// Sums of [`PatchVisit::square`] of samples that nothing blocked.
-    pub square: [u64; PATCHES],
+    /// What was recorded.
+    pub sums: Sums,
 }
 
 /// All records, of one thread or of all.
@@ -59,21 +88,21 @@ impl PatchRecords {
         PatchRecords { places: vec![0; keys as usize], records: Vec::new(), tried: [0; 2] }
     }
 
-    fn record(&mut self, key: u32) -> &mut PatchRecord {
+    fn sums(&mut self, key: u32) -> &mut Sums {
         let place = &mut self.places[key as usize];
         if *place == 0 {
-            self.records.push(PatchRecord { key, count: [0; PATCHES], square: [0; PATCHES] });
+            self.records.push(PatchRecord { key, sums: Sums::default() });
             *place = self.records.len() as u32;
         }
-        &mut self.records[*place as usize - 1]
+        &mut self.records[*place as usize - 1].sums
     }
 
     /// Notes a light sample; `free`: it contributes, nothing is in between.
     pub fn note(&mut self, visit: &PatchVisit, free: bool) {
-        let record = self.record(visit.key);
-        record.count[visit.patch as usize] += 1;
+        let sums = self.sums(visit.key);
+        sums.count[visit.patch as usize] += 1;
         if free {
-            record.square[visit.patch as usize] += visit.square;
+            sums.square[visit.patch as usize] += visit.square;
             self.try_out([visit.with, visit.without]);
         }
     }
@@ -85,11 +114,7 @@ impl PatchRecords {
 
     /// Adds what was recorded of a key elsewhere.
     pub fn add(&mut self, theirs: &PatchRecord) {
-        let mine = self.record(theirs.key);
-        for patch in 0..PATCHES {
-            mine.count[patch] += theirs.count[patch];
-            mine.square[patch] += theirs.square[patch];
-        }
+        self.sums(theirs.key).add(&theirs.sums);
     }
 
     /// Adds all of `other`, and leaves it empty.
@@ -122,38 +147,6 @@ impl PatchRecords {
     }
 }
 
-/// Sums over keys.
-#[derive(Clone)]
-struct Sums {
-    count: [u64; PATCHES],
-    square: [u64; PATCHES],
-}
-
-impl Default for Sums {
-    fn default() -> Sums {
-        Sums { count: [0; PATCHES], square: [0; PATCHES] }
-    }
-}
-
-impl Sums {
-    fn add(&mut self, record: &PatchRecord) {
-        for patch in 0..PATCHES {
-            self.count[patch] += record.count[patch];
-            self.square[patch] += record.square[patch];
-        }
-    }
-
-    /// The mean squares by patch, where `belief` counts as so many samples.
-    fn means(&self, belief: &[f64; PATCHES]) -> [f64; PATCHES] {
-        means(&self.count, &self.square, belief)
-    }
-}
-
-fn means(count: &[u64; PATCHES], square: &[u64; PATCHES], belief: &[f64; PATCHES]) -> [f64; PATCHES] {
-    let mean = |patch: usize| (square[patch] as f64 + BELIEF * belief[patch]) / (count[patch] as f64 + BELIEF);
-    std::array::from_fn(mean)
-}
-
 /// The place around that a key belongs to, and the way it faces.
 fn around(grid: &Grid, key: u32) -> (u32, u32) {
     let diffuse = grid.cells() * FACES;
@@ -170,10 +163,11 @@ fn around(grid: &Grid, key: u32) -> (u32, u32) {
 pub fn weights(learned: &LearnedLights, records: &PatchRecords) -> BTreeMap<u32, [f64; PATCHES]> {
     let Some(LearnedPatches { patches, .. }) = &learned.patches else { return BTreeMap::new() };
     let (mut places, mut ways) = (BTreeMap::<(u32, u32), Sums>::new(), BTreeMap::<u32, Sums>::new());
-    for record in records.sorted() {
-        let (place, way) = around(&learned.grid, record.key);
-        places.entry((place, way)).or_default().add(record);
-        ways.entry(way).or_default().add(record);
+    let records = records.sorted();
+    for PatchRecord { key, sums } in &records {
+        let (place, way) = around(&learned.grid, *key);
+        places.entry((place, way)).or_default().add(sums);
+        ways.entry(way).or_default().add(sums);
     }
     let of_way: BTreeMap<u32, [f64; PATCHES]> = ways
         .iter()
@@ -185,12 +179,12 @@ pub fn weights(learned: &LearnedLights, records: &PatchRecords) -> BTreeMap<u32,
     let of_place: BTreeMap<(u32, u32), [f64; PATCHES]> =
         places.iter().map(|(&place, sums)| (place, sums.means(&of_way[&place.1]))).collect();
     let weights = |record: &PatchRecord| {
-        let means = means(&record.count, &record.square, &of_place[&around(&learned.grid, record.key)]);
+        let means = record.sums.means(&of_place[&around(&learned.grid, record.key)]);
         let most = means.iter().fold(0.0f64, |most, &mean| most.max(mean)).sqrt();
         let factor = |patch: usize| if most > 0.0 { (means[patch].sqrt() / most).max(LEAST_FACTOR) } else { 1.0 };
         std::array::from_fn(|patch| patches.probability[patch] * factor(patch))
     };
-    records.sorted().into_iter().map(|record| (record.key, weights(record))).collect()
+    records.into_iter().map(|record| (record.key, weights(record))).collect()
 }
 
 /// [`PatchRecords::forecast`] for the tables of `learned`, which have no part in `records`: of samples of the map's own
@@ -200,9 +194,10 @@ pub fn forecast_of_others(learned: &LearnedLights, records: &PatchRecords) -> Op
     let (mut with, mut without) = (0.0, 0.0);
     for record in records.sorted() {
         let row = learned.rows[record.key as usize];
-        for patch in (0..PATCHES).filter(|&patch| record.square[patch] > 0) {
-            with += record.square[patch] as f64 / f64::from(patches.ratio(row, patch));
-            without += record.square[patch] as f64;
+        let square = &record.sums.square;
+        for patch in (0..PATCHES).filter(|&patch| square[patch] > 0) {
+            with += square[patch] as f64 / f64::from(patches.ratio(row, patch));
+            without += square[patch] as f64;
         }
     }
     (without > 0.0).then(|| with / without)
@@ -235,7 +230,7 @@ mod tests {
         }
         assert_eq!(one.sorted(), total.sorted());
         assert_eq!(one.tried, total.tried);
-        let counted: u64 = one.sorted().iter().flat_map(|record| record.count).sum();
+        let counted: u64 = one.sorted().iter().flat_map(|record| record.sums.count).sum();
         assert_eq!(counted, 500, "blocked samples count");
         assert_eq!(one.forecast(), Some(0.25));
         assert!(workers.iter().all(|worker| worker.sorted().is_empty() && worker.tried == [0; 2]));
@@ -244,11 +239,10 @@ mod tests {
 
     #[test]
     fn what_a_place_has_not_seen_it_believes() {
-        let mut count = [0; PATCHES];
-        let mut square = [0; PATCHES];
+        let Sums { mut count, mut square } = Sums::default();
         (count[3], square[3]) = (1_000_000, 0);
         (count[4], square[4]) = (1_000_000, 900_000_000);
-        let means = means(&count, &square, &[7.0; PATCHES]);
+        let means = Sums { count, square }.means(&[7.0; PATCHES]);
         assert!(means[3] < 1e-4 && (means[4] - 900.0).abs() < 0.01 && means[5] == 7.0, "{means:?}");
         // Cells of one block of 4 x 4 x 4 are a place; ways to face are kept apart.
         let grid = Grid { low: [0.0; 3], scale: 1.0, size: [16, 5, 8] };

@@ -250,22 +250,24 @@ pub fn windows(lamps: bool) -> PreparedScene {
     maker.seen([0.4, 1.6, 3.7], [5.0, 1.0, 1.6], 80.0)
 }
 
-/// Threads, a break after three samples and a crop leave no trace in the image that `settings` give, with more than three samples
+/// Threads, a break after three samples and a crop leave no trace in the image that `settings` give by either engine, with more than three samples
 /// and at least 20 x 12 pixels.
 pub fn check_no_trace(scene: &PreparedScene, settings: &Settings) {
-    use octray::{Crop, render, render_from};
-    let engine = settings.engine;
-    let whole = render(scene, settings).film;
-    let many = render(scene, &Settings { threads: 3, ..settings.clone() }).film;
-    assert_eq!(first_difference(&whole, &many), None, "{engine}, threads");
-    let first = render(scene, &Settings { spp: 3, ..settings.clone() }).film;
-    let resumed = render_from(scene, settings, Some(&first), &|_| true).film;
-    assert_eq!(first_difference(&whole, &resumed), None, "{engine}, resumed");
-    let crop = Crop { x: 11, y: 5, width: 9, height: 7 };
-    let part = render(scene, &Settings { crop: Some(crop), ..settings.clone() }).film;
-    for (x, y) in (0..crop.height).flat_map(|y| (0..crop.width).map(move |x| (x, y))) {
-        let bits = |mean: [f32; 3]| mean.map(f32::to_bits);
-        assert_eq!(bits(part.mean(x, y)), bits(whole.mean(crop.x + x, crop.y + y)), "{engine}, {x},{y}");
+    use octray::{Crop, Engine, render, render_from};
+    for engine in [Engine::Packet, Engine::Scalar] {
+        let settings = &Settings { engine, ..settings.clone() };
+        let whole = render(scene, settings).film;
+        let many = render(scene, &Settings { threads: 3, ..settings.clone() }).film;
+        assert_eq!(first_difference(&whole, &many), None, "{engine}, threads");
+        let first = render(scene, &Settings { spp: 3, ..settings.clone() }).film;
+        let resumed = render_from(scene, settings, Some(&first), &|_| true).film;
+        assert_eq!(first_difference(&whole, &resumed), None, "{engine}, resumed");
+        let crop = Crop { x: 11, y: 5, width: 9, height: 7 };
+        let part = render(scene, &Settings { crop: Some(crop), ..settings.clone() }).film;
+        for (x, y) in (0..crop.height).flat_map(|y| (0..crop.width).map(move |x| (x, y))) {
+            let bits = |mean: [f32; 3]| mean.map(f32::to_bits);
+            assert_eq!(bits(part.mean(x, y)), bits(whole.mean(crop.x + x, crop.y + y)), "{engine}, {x},{y}");
+        }
     }
 }
 

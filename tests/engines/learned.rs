@@ -90,10 +90,7 @@ fn tables_are_a_function_of_the_recipe() {
 #[test]
 fn crops_threads_and_breaks_leave_no_trace() {
     let scene = rooms(false);
-    for engine in [Engine::Packet, Engine::Scalar] {
-        let settings = Settings { engine, ..learning(30, 22, 8, 2048) };
-        check_no_trace(&scene, &settings);
-    }
+    check_no_trace(&scene, &learning(30, 22, 8, 2048));
 }
 
 /// What `octray trace` shows: the same path, ray by ray.

@@ -120,10 +120,7 @@ fn texels_are_drawn_as_their_densities_say() {
 #[test]
 fn crops_threads_and_breaks_leave_no_trace() {
     let scene = windows(true);
-    for engine in [Engine::Packet, Engine::Scalar] {
-        let settings = Settings { engine, ..learning(30, 22, 8, 4096) };
-        check_no_trace(&scene, &settings);
-    }
+    check_no_trace(&scene, &learning(30, 22, 8, 4096));
 }
 
 /// A frame learns of patches from those before it, and has the same bits rendered alone.

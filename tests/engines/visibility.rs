@@ -86,10 +86,7 @@ fn tables_are_a_function_of_the_recipe() {
 #[test]
 fn crops_threads_and_breaks_leave_no_trace() {
     for (scene, guide) in [(rooms(false), Guide::Off), (prepared("scenes/door_ajar.toml"), Guide::On)] {
-        for engine in [Engine::Packet, Engine::Scalar] {
-            let settings = Settings { engine, guide, ..learning(30, 22, 8, 4096) };
-            check_no_trace(&scene, &settings);
-        }
+        check_no_trace(&scene, &Settings { guide, ..learning(30, 22, 8, 4096) });
     }
 }
 

@@ -3,7 +3,6 @@
 
 use crate::lanes::{F32x8, Mask8, U32x8};
 use crate::packet::lights::tree::{Receivers, choose_lights, environment_eighths, light_probabilities};
-use crate::tables::lights::learned::LearnedLights;
 use crate::tables::lights::table::{Fixed, LightTable, Selection};
 
 /// The lights that eight samples go to.
@@ -41,7 +40,7 @@ pub fn choose(lights: &LightTable, receivers: &Receivers, active: Mask8, word: U
     let (emitter, probability) = match &lights.selection {
         Selection::Tree(tree) => {
             let (emitter, probability) =
-                choose_lights(tree, of_tree(lights), receivers, active.and_not(environment), word);
+                choose_lights(tree, lights.learned_tree(), receivers, active.and_not(environment), word);
             (emitter, probability * emitter_part(lights, eighths))
         }
         Selection::Fixed(fixed) => {
@@ -69,15 +68,9 @@ pub fn probability(lights: &LightTable, receivers: &Receivers, active: Mask8, li
         (Light8::Emitters(emitter), Selection::Fixed(_)) => fixed_probabilities(lights, emitter),
         (Light8::Emitters(emitter), Selection::Tree(tree)) => {
             let part = emitter_part(lights, eighths(lights, receivers));
-            light_probabilities(tree, of_tree(lights), receivers, active, emitter) * part
+            light_probabilities(tree, lights.learned_tree(), receivers, active, emitter) * part
         }
     }
-}
-
-/// What was learned of the light tree.
-#[inline(always)]
-fn of_tree<'a>(lights: &'a LightTable) -> Option<&'a LearnedLights> {
-    lights.learned.as_ref().and_then(LearnedLights::of_tree)
 }
 
 /// How many eighths of the light samples go to the environment if the scene has emitters too.

@@ -12,6 +12,7 @@ use crate::packet::surface::{SurfacePoints, barycentric_point};
 use crate::packet::texture::{interpolate, look_up};
 use crate::packet::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use crate::sampler::draws::LightDraws;
+use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
 use crate::tables::lights::targets::{FREE_PART, MISSED};
 
@@ -47,11 +48,10 @@ pub fn sample_lights(
 ) -> LightSamples {
     let receivers = Receivers { origin: points.origin, normal: points.normal, row };
     let choice = choose(lights, &receivers, active, draws.select);
-    if lights.environment.is_none() {
-        return sample_emitters(lights, points, &choice, draws.point);
-    }
+    let Some(environment) = lights.environment else { return sample_emitters(lights, points, &choice, draws.point) };
     let words = environment_words(lights, choice.word, draws.fork());
-    let a = sample_environment(lights, points, row, &choice, words, draws.point);
+    let learned = lights.learned_patches().map(|patches| (patches, row));
+    let a = sample_environment(environment, learned, points, &choice, words, draws.point);
     if lights.records.is_empty() {
         return a;
     }
@@ -174,32 +174,30 @@ pub fn environment_words(lights: &LightTable, word: U32x8, fork: U32x8) -> [U32x
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance, and by what was
-/// learned for the rows `row`.
+/// `learned` of its patches for these rows.
 #[inline(always)]
 fn sample_environment(
-    lights: &LightTable,
+    environment: EnvironmentLight,
+    learned: Option<(&LearnedPatches, U32x8)>,
     points: &SurfacePoints,
-    row: U32x8,
     choice: &Choice,
     words: [U32x8; 2],
     u: [F32x8; 2],
 ) -> LightSamples {
-    let patches = lights.learned.as_ref().and_then(|learned| learned.patches.as_ref());
-    let (direction, radiance, map_pdf) = match lights.environment {
-        Some(EnvironmentLight::Map(map, distribution)) => match patches {
+    let (direction, radiance, map_pdf) = match environment {
+        EnvironmentLight::Constant(radiance) => {
+            (to_world(sample_cosine_hemisphere(u), points.normal), Vec3x8::splat(radiance), None)
+        }
+        EnvironmentLight::Map(map, distribution) => match learned {
             None => {
                 let (direction, texels) = sample_map(map, distribution, words, u);
                 (direction, texels.radiance, Some(map_pdf_dir(distribution, &texels)))
             }
-            Some(patches) => {
+            Some((patches, row)) => {
                 let (direction, texels, ratio) = sample_learned(map, patches, row, words, u);
                 (direction, texels.radiance, Some(map_pdf_dir(distribution, &texels) * ratio))
             }
         },
-        other => {
-            let radiance = if let Some(EnvironmentLight::Constant(radiance)) = other { radiance } else { [0.0; 3] };
-            (to_world(sample_cosine_hemisphere(u), points.normal), Vec3x8::splat(radiance), None)
-        }
     };
     // From the rounded directions, as the BSDF will see them.
     let cosine = points.normal.dot(direction);

@@ -76,8 +76,6 @@ pub(super) struct DirectLight {
     pub drawn: Mask8,
     /// Lanes in which the one-sample strategy's coin chose the light.
     pub chosen: Mask8,
-    /// The words that choose patches of an environment map.
-    pub word: U32x8,
 }
 
 /// Draws the light samples that a strategy wants; `coin`: it tosses one between them and BSDF samples.
@@ -99,9 +97,7 @@ pub(super) fn draw_light<const DETAIL: bool>(context: &StageContext, coin: bool,
     if let Some(visibility) = &lights.visibility {
         active = play_roulette(visibility, hits.points.origin, &mut light, active, draws.roulette());
     }
-    let spent = if lights.records.is_empty() { draws.select } else { draws.select << 3 };
-    let [word, _] = environment_words(lights, spent, draws.fork());
-    DirectLight { light, active, drawn: wanted, chosen, word }
+    DirectLight { light, active, drawn: wanted, chosen }
 }
 
 /// Puts light samples that can contribute into the shadow queue, finished but for their visibility. `rule`: what they count;
@@ -122,13 +118,18 @@ pub(super) fn add_light_samples(
     let nothing = (contribution.x + contribution.y + contribution.z).eq(F32x8::ZERO);
     let bits = direct.active.and_not(nothing).bits();
     if let Some(records) = records {
+        let lights = &context.setup.lights;
+        // Drawn again, so that other renders need not keep them.
+        let draws = hits.numbers.light::<ALL_WORDS>(context.depth);
+        let spent = if lights.records.is_empty() { draws.select } else { draws.select << 3 };
+        let [word, _] = environment_words(lights, spent, draws.fork());
         let samples = Samples {
-            lights: &context.setup.lights,
+            lights,
             receivers: Receivers { origin: hits.points.origin, normal: hits.points.normal, row: hits.row },
             key: hits.key,
             sample: light,
             gain: (scattered.f_cosine * light.radiance).scale(weight / light.pdf_dir),
-            word: direct.word,
+            word,
             drawn: direct.drawn,
             traced: Mask8::from_bits(bits),
         };

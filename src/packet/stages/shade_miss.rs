@@ -27,7 +27,7 @@ fn shade_miss<const MAP: bool>(context: &StageContext, state: &mut TileState, _:
         Some(EnvironmentLight::Constant(radiance)) => radiance,
         _ => [0.0; 3],
     };
-    let patches = setup.lights.learned.as_ref().and_then(|learned| learned.patches.as_ref());
+    let patches = setup.lights.learned_patches();
     let TileState { paths, misses, slots, .. } = state;
     for first in (0..misses.len).step_by(LANES) {
         let (row, active) = misses.block(first);

@@ -2,7 +2,6 @@
 
 use super::Real;
 use super::tree::{Receiver, choose_light, environment_eighths, light_probability};
-use crate::tables::lights::learned::LearnedLights;
 use crate::tables::lights::table::{LightTable, Selection};
 
 /// A light of a scene.
@@ -27,7 +26,7 @@ pub fn choose(lights: &LightTable, receiver: &Receiver, word: u32) -> (Light, Re
     }
     let (emitter, probability) = match &lights.selection {
         Selection::Tree(tree) => {
-            let (emitter, probability) = choose_light(tree, of_tree(lights), receiver, word);
+            let (emitter, probability) = choose_light(tree, lights.learned_tree(), receiver, word);
             (emitter, probability * emitter_part(lights, receiver))
         }
         Selection::Fixed(fixed) => {
@@ -44,15 +43,10 @@ pub fn probability(lights: &LightTable, receiver: &Receiver, light: Light) -> Re
         (Light::Environment, Selection::Tree(_)) => eighths(lights, receiver) as Real * 0.125,
         (Light::Environment, Selection::Fixed(_)) => lights.environment_probability as Real,
         (Light::Emitter(emitter), Selection::Tree(tree)) => {
-            light_probability(tree, of_tree(lights), receiver, emitter) * emitter_part(lights, receiver)
+            light_probability(tree, lights.learned_tree(), receiver, emitter) * emitter_part(lights, receiver)
         }
         (Light::Emitter(emitter), Selection::Fixed(_)) => lights.probability(emitter) as Real,
     }
-}
-
-/// What was learned of the light tree.
-fn of_tree<'a>(lights: &'a LightTable) -> Option<&'a LearnedLights> {
-    lights.learned.as_ref().and_then(LearnedLights::of_tree)
 }
 
 /// How many eighths of the light samples go to the environment if the scene has emitters too.

@@ -13,7 +13,6 @@ use super::{Real, Vec3, vec3};
 use crate::bvh::precise::PRECISE;
 use crate::fault::lost_digits;
 use crate::sampler::draws::LightDraws;
-use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
 use crate::tables::lights::targets::FREE_PART;
 use crate::tables::textures::NO_TEXTURE;
@@ -169,7 +168,7 @@ fn sample_environment(
         EnvironmentLight::Constant(radiance) => {
             (to_world(sample_cosine_hemisphere(u), point.normal), vec3(radiance), None)
         }
-        EnvironmentLight::Map(map, distribution) => match patches(lights) {
+        EnvironmentLight::Map(map, distribution) => match lights.learned_patches() {
             None => {
                 let (direction, texel) = sample_map(map, distribution, words, u);
                 (direction, vec3(texel.radiance), Some(map_pdf_dir(distribution, &texel)))
@@ -198,11 +197,6 @@ fn sample_environment(
         shadow_tmax: Real::INFINITY,
         target: Target::Environment,
     })
-}
-
-/// What was learned of patches of the environment map.
-fn patches<'a>(lights: &'a LightTable) -> Option<&'a LearnedPatches> {
-    lights.learned.as_ref()?.patches.as_ref()
 }
 
 /// The radiance that `light` emits at a point of it; 0 where it is cut out.
@@ -248,7 +242,8 @@ pub fn environment_in_direction(
             let index = texel_index(map, direction);
             let texel = &map.texels[index];
             let pdf_dir = map_pdf_dir(distribution, texel);
-            let ratio = patches(lights).map(|patches| patches.ratio_of_texel(receiver.row, index as u32) as Real);
+            let ratio =
+                lights.learned_patches().map(|patches| patches.ratio_of_texel(receiver.row, index as u32) as Real);
             (vec3(texel.radiance), ratio.map_or(pdf_dir, |ratio| pdf_dir * ratio))
         }
     };

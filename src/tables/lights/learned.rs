@@ -138,12 +138,6 @@ impl LearnedLights {
         (self.slots, self.slot_count, self.words) = (Vec::new(), 0, Vec::new());
     }
 
-    /// The tables, if they know a light tree.
-    #[inline]
-    pub fn of_tree(&self) -> Option<&LearnedLights> {
-        (self.slot_count > 0).then_some(self)
-    }
-
     /// The word of a node for a row.
     #[inline]
     pub fn word(&self, row: u32, node: u32) -> u64 {

@@ -182,7 +182,7 @@ impl LearnedPatches {
         // What the choice of the patch leaves of the bits chooses in it.
         let rest = u64::from(word - (begin << 17)) << 32 | u64::from(fork);
         let place = rest as f64 / (f64::from(share) * 562_949_953_421_312.0);
-        (self.patches.texel(patch, place), share as f32 * self.scale[patch])
+        (self.patches.texel(patch, place), self.ratio(row, patch))
     }
 
     /// The probability of a patch over that under the map's own distribution.

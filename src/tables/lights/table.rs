@@ -17,6 +17,7 @@ use crate::tables::lights::alias::{AliasColumn, alias_table, factor_above, proba
 use crate::tables::lights::emitters::Emitter;
 use crate::tables::lights::environment::{Distribution, Environment, EnvironmentMap};
 use crate::tables::lights::learned::LearnedLights;
+use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::targets::Targets;
 use crate::tables::lights::tree::LightTree;
 use crate::tables::lights::visibility::Visibility;
@@ -218,6 +219,18 @@ impl<'a> LightTable<'a> {
         }
     }
 
+    /// What was learned of the light tree.
+    #[inline]
+    pub fn learned_tree(&self) -> Option<&LearnedLights> {
+        self.learned.as_ref().filter(|learned| learned.slot_count > 0)
+    }
+
+    /// What was learned of patches of the environment map.
+    #[inline]
+    pub fn learned_patches(&self) -> Option<&LearnedPatches> {
+        self.learned.as_ref()?.patches.as_ref()
+    }
+
     /// Whether there is anything to sample.
     pub fn is_empty(&self) -> bool {
         self.records.is_empty() && self.environment.is_none()
@@ -273,12 +286,10 @@ pub fn selection_name(table: &LightTable) -> String {
         Selection::Fixed(Fixed::Uniform(_)) => Some("uniform"),
         Selection::Fixed(Fixed::Alias(_)) => Some("power (alias table)"),
         Selection::Tree(_) if table.visibility.is_some() => Some("light tree, weighed by visibility"),
-        Selection::Tree(_) if table.learned.as_ref().is_some_and(|learned| learned.slot_count > 0) => {
-            Some("light tree, weighed by what was learned")
-        }
+        Selection::Tree(_) if table.learned_tree().is_some() => Some("light tree, weighed by what was learned"),
         Selection::Tree(_) => Some("light tree"),
     };
-    let patches = table.learned.as_ref().is_some_and(|learned| learned.patches.is_some());
+    let patches = table.learned_patches().is_some();
     let environment = table.environment.map(|environment| match environment {
         EnvironmentLight::Map(..) if patches => {
             "environment map, importance sampled, patches weighed by what was learned"
