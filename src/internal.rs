@@ -45,6 +45,8 @@ pub mod sampler;
 pub mod settings;
 #[path = "setup/mod.rs"]
 pub mod setup;
+#[path = "simd/mod.rs"]
+pub mod simd;
 #[path = "stats.rs"]
 pub mod stats;
 #[path = "strategy.rs"]

@@ -47,6 +47,7 @@
 //! | `reference` | the plain engine: one path at a time, compiled for `f32` and for `f64` |
 //! | `render` | threads over tiles, passes over samples; which engine; sequences of frames |
 //! | `sampler` | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
+//! | `simd` | which SIMD level is used, chosen at run time |
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
 //! | `film`, `image`, `color` | sums and checkpoints, image files, the sRGB curve |
 //! | `api` | load a scene, prepare it, ask its triangles about rays |
@@ -58,7 +59,7 @@
 //!
 //! Layers, top to bottom, nothing imports upwards and no files form a circle (a test reads the sources): `cli > {report, check} >
 //! {render, api} > {packet, reference} > {import, setup, learn, film, image, camera, stats, trace} > tables > {scene, bvh} >
-//! {settings, strategy, sampler, lanes, math, color, error, clock, fault, fingerprint, nearest, named_choice}`.
+//! {settings, strategy, sampler, lanes, simd, math, color, error, clock, fault, fingerprint, nearest, named_choice}`.
 //!
 //! A material kind is a row in `tables::materials::TABLE`, a file in `packet/bsdf` and one in `reference/bsdf` (each with
 //! its line in the folder's `mod.rs`), and what files say of it in `import`. A strategy is a row in `strategy::TABLE`.
@@ -96,7 +97,7 @@ pub mod scene;
 // Inside the crate a room is named without the house.
 use internal::{
     api, bvh, camera, clock, color, error, fault, film, fingerprint, image, import, lanes, learn, math, named_choice,
-    nearest, packet, reference, render, sampler, settings, setup, stats, strategy, tables, trace,
+    nearest, packet, reference, render, sampler, settings, setup, simd, stats, strategy, tables, trace,
 };
 
 pub use api::Scene;
@@ -107,6 +108,7 @@ pub use lanes::{F32x8, Mask8, U32x8, Vec3x8, simd_level};
 pub use render::sequence::Sequence;
 pub use render::{Progress, Render, render, render_from, render_with};
 pub use settings::{Crop, Engine, Guide, Lights, Roulette, Sampler, Settings, Train};
+pub use simd::SimdLevel;
 pub use stats::{RayCounts, StageStats, Stats};
 pub use strategy::Strategy;
 pub use tables::PreparedScene;

@@ -25,6 +25,7 @@ mod trace;
 use crate::api::Scene;
 use crate::error::Result;
 use crate::lanes::simd_level;
+use crate::simd::SimdLevel;
 use crate::tables::PreparedScene;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -87,6 +88,10 @@ fn run() -> u8 {
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => return start(),
         Err(error) => return report_usage(&error),
     };
+    if let Err(error) = SimdLevel::from_environment() {
+        report(&error);
+        return error.exit_status();
+    }
     let done = match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Info(args) => info::run(&args),

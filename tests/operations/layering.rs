@@ -74,6 +74,7 @@ const LAYERS: [&[&str]; 11] = [
         "strategy",
         "sampler",
         "lanes",
+        "simd",
         "math",
         "color",
         "error",
