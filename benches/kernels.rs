@@ -6,13 +6,14 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use octray::internal::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8, sin_cos_turns as sin_cos_turns_x8};
 use octray::internal::math::sin_cos_turns;
-use octray::internal::packet::lights::sample::sample_lights;
-use octray::internal::packet::surface::{SurfacePoints, surface_points};
-use octray::internal::packet::{mis as mis_x8, warp as warp_x8};
 use octray::internal::reference::single::lights::sample::sample_light;
 use octray::internal::reference::single::surface::{SurfacePoint, surface_point};
 use octray::internal::reference::single::{Vec3, mis, warp};
-use octray::internal::sampler::{random_words, random_words_x8, unit, unit_x8};
+use octray::internal::sampler::{random_words, unit};
+use octray::internal::simd::native::kernels::lights::sample::sample_lights;
+use octray::internal::simd::native::kernels::surface::{SurfacePoints, surface_points};
+use octray::internal::simd::native::kernels::{mis as mis_x8, warp as warp_x8};
+use octray::internal::simd::native::numbers::{random_words_x8, unit_x8};
 use octray::internal::tables::lights::table::LightTable;
 use octray::{Lights, PreparedScene, Scene};
 use std::hint::black_box;

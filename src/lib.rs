@@ -47,7 +47,7 @@
 //! | `reference` | the plain engine: one path at a time, compiled for `f32` and for `f64` |
 //! | `render` | threads over tiles, passes over samples; which engine; sequences of frames |
 //! | `sampler` | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
-//! | `simd` | which SIMD level is used, chosen at run time |
+//! | `simd` | which SIMD level is used, chosen at run time; the engine's inner loops, compiled once a level |
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
 //! | `film`, `image`, `color` | sums and checkpoints, image files, the sRGB curve |
 //! | `api` | load a scene, prepare it, ask its triangles about rays |
@@ -104,11 +104,11 @@ pub use api::Scene;
 pub use bvh::{HitPacket, HitQueue, RayPacket, RayQueue};
 pub use error::{Error, Result};
 pub use film::Film;
-pub use lanes::{F32x8, Mask8, U32x8, Vec3x8, simd_level};
+pub use lanes::{F32x8, Mask8, U32x8, Vec3x8};
 pub use render::sequence::Sequence;
 pub use render::{Progress, Render, render, render_from, render_with};
 pub use settings::{Crop, Engine, Guide, Lights, Roulette, Sampler, Settings, Train};
-pub use simd::SimdLevel;
+pub use simd::{SimdLevel, simd_level};
 pub use stats::{RayCounts, StageStats, Stats};
 pub use strategy::Strategy;
 pub use tables::PreparedScene;

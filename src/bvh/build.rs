@@ -1,13 +1,13 @@
 //! Building the tree, looking at it, checking it.
 
 use crate::bvh::collapse;
+use crate::bvh::edge_on::{least_det, size_of};
+use crate::bvh::flat::Flat;
 use crate::bvh::huge::Table;
 use crate::bvh::node::{Child, LeafBlock, NO_TRIANGLE, Node, Tables};
 use crate::bvh::precise::{HUGE, PRECISE, classify};
 use crate::bvh::sah;
 use crate::bvh::sah::PrimBox;
-use crate::bvh::triangle::{least_det, size_of};
-use crate::bvh::walk_flat::Flat;
 use crate::lanes::LANES;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 
@@ -199,11 +199,11 @@ impl Bvh {
         tables
     }
     #[inline(always)]
-    pub(super) fn flat(&self) -> Option<&Flat> {
+    pub(crate) fn flat(&self) -> Option<&Flat> {
         self.flat.as_ref()
     }
     #[inline(always)]
-    pub(super) fn walk_tables(&self) -> Tables<'_> {
+    pub(crate) fn walk_tables(&self) -> Tables<'_> {
         Tables {
             nodes: self.nodes(),
             leaves: self.leaves(),

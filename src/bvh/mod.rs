@@ -3,25 +3,24 @@
 //! **Law:** a walk's answer is a function of the ray and the triangles alone: the closest hit, the lowest triangle id on
 //! equal `t`. Tree shape, visiting order, packet width and the kind of walk never change a bit of it. Boxes are tested
 //! conservatively, triangles watertightly. Nothing here knows of materials or radiance.
+//!
+//! The folder `walks` is compiled once a SIMD level, as part of [`crate::simd`].
 
-pub mod aim;
-mod boxes;
 mod build;
 mod collapse;
+pub mod edge_on;
+pub mod flat;
 mod huge;
 pub mod node;
 pub mod precise;
-mod prefetch;
+pub mod prefetch;
 mod query;
+pub mod question;
 pub mod ray;
 mod sah;
-mod sort;
-mod triangle;
-mod walk_flat;
-mod walk_packet;
-mod walk_single;
-mod walk_stream;
 
+pub use crate::simd::native::walks::packets::{HitPacket, RayPacket};
 pub use build::{BuildOptions, Bvh};
-pub use query::{RayKind, Scratch, Segments, Walk};
-pub use ray::{HitPacket, HitQueue, RayPacket, RayQueue, WalkCounters};
+pub use query::Scratch;
+pub use question::{RayKind, Segments, Walk};
+pub use ray::{HitQueue, RayQueue, WalkCounters};

@@ -10,7 +10,7 @@ use bytemuck::{Pod, Zeroable};
 pub const NO_TRIANGLE: u32 = u32::MAX;
 
 /// Set in the word of a child that is a leaf.
-pub(super) const LEAF_BIT: u32 = 1 << 31;
+pub(crate) const LEAF_BIT: u32 = 1 << 31;
 const BLOCK_BITS: u32 = 28;
 /// Set in the word of a leaf of which some triangle is precise.
 const PRECISE_BIT: u32 = 1 << 27;
@@ -24,9 +24,9 @@ pub struct Node {
     pub bounds: [[[f32; LANES]; 2]; 3],
     /// A child in a word: a node's index, or `LEAF_BIT | (triangles - 1) << 28 | PRECISE_BIT | block`. In empty slots the word of a leaf
     /// that exists, so that a walk led there by a ray of NaNs only wastes its time.
-    pub(super) children: [u32; LANES],
+    pub(crate) children: [u32; LANES],
     /// How many slots are filled.
-    pub(super) count: u32,
+    pub(crate) count: u32,
     padding: [u32; 7],
 }
 
@@ -53,7 +53,7 @@ pub struct LeafBlock {
 
 impl Node {
     /// A node without children.
-    pub(super) const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         bounds: [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3],
         children: [LEAF_BIT; LANES],
         count: 0,
@@ -86,35 +86,35 @@ impl LeafBlock {
         self.vertices.map(|axes| axes.map(|values| values[lane]))
     }
     /// A block without triangles.
-    pub(super) const EMPTY: Self = Self { vertices: [[[f32::NAN; LANES]; 3]; 3], ids: [NO_TRIANGLE; LANES] };
+    pub(crate) const EMPTY: Self = Self { vertices: [[[f32::NAN; LANES]; 3]; 3], ids: [NO_TRIANGLE; LANES] };
 }
 
 /// Whether a child's word leads to a leaf.
 #[inline(always)]
-pub(super) fn is_leaf(word: u32) -> bool {
+pub(crate) fn is_leaf(word: u32) -> bool {
     word & LEAF_BIT != 0
 }
 
 /// The leaf block a child's word leads to.
 #[inline(always)]
-pub(super) fn block_of(word: u32) -> usize {
+pub(crate) fn block_of(word: u32) -> usize {
     (word & (PRECISE_BIT - 1)) as usize
 }
 
 /// Whether the leaf of a child's word holds a triangle that is tested in f64.
 #[inline(always)]
-pub(super) fn holds_precise(word: u32) -> bool {
+pub(crate) fn holds_precise(word: u32) -> bool {
     word & PRECISE_BIT != 0
 }
 
 /// How many triangles the leaf of a child's word holds.
 #[inline(always)]
-pub(super) fn triangles_in(word: u32) -> usize {
+pub(crate) fn triangles_in(word: u32) -> usize {
     (word >> BLOCK_BITS & 7) as usize + 1
 }
 
 /// The word of a leaf child; `precise`: it holds a triangle that is tested in f64.
-pub(super) fn leaf_word(block: usize, triangles: usize, precise: bool) -> u32 {
+pub(crate) fn leaf_word(block: usize, triangles: usize, precise: bool) -> u32 {
     assert!(block < PRECISE_BIT as usize, "leaf block {block}");
     assert!((1..=LANES).contains(&triangles), "a leaf of {triangles} triangles");
     let precise = if precise { PRECISE_BIT } else { 0 };
@@ -125,15 +125,15 @@ const _: () = assert!(size_of::<Node>() == 256 && size_of::<LeafBlock>() == 320)
 
 /// The tables a walk reads.
 #[derive(Clone, Copy)]
-pub(super) struct Tables<'a> {
-    pub(super) nodes: &'a [Node],
-    pub(super) leaves: &'a [LeafBlock],
+pub(crate) struct Tables<'a> {
+    pub(crate) nodes: &'a [Node],
+    pub(crate) leaves: &'a [LeafBlock],
     /// Classes of triangles ([`crate::bvh::precise`]); empty if all are common.
-    pub(super) classes: &'a [u8],
+    pub(crate) classes: &'a [u8],
     /// Per leaf block, its lanes that hold precise triangles; empty if all are common.
-    pub(super) precise: &'a [u8],
+    pub(crate) precise: &'a [u8],
     /// Per leaf block, the largest [`crate::bvh::triangle::least_det`] of its triangles.
-    pub(super) least_det: &'a [f32],
+    pub(crate) least_det: &'a [f32],
     /// The largest |coordinate|.
-    pub(super) extent: f32,
+    pub(crate) extent: f32,
 }

@@ -313,24 +313,24 @@ pub struct PreciseHit {
 }
 
 /// A ray, ready for the test in f64.
-pub(super) struct PreciseRay {
+pub(crate) struct PreciseRay {
     origin: DVec3,
     direction: DVec3,
     axes: [usize; 3],
 }
 
 impl PreciseRay {
-    pub(super) fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
+    pub(crate) fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
         let axes = PERMUTATION[dominant_axis(direction[0], direction[1], direction[2])];
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         Self { origin: wide(origin), direction: wide(direction), axes }
     }
 
-    /// The hit on a triangle of class `class`, at any `t`: as [`crate::bvh::triangle`] has it, in f64, edges that are shared
+    /// The hit on a triangle of class `class`, at any `t`: as [`crate::bvh::walks::triangle`] has it, in f64, edges that are shared
     /// moved out by what that test may move them, and `t` from the triangle's plane, which is exact for planes along axes: a ray
     /// may leave a floor at y = 0 from y = 0. A hit is in the triangle's box, a little widened, and so is its `t`, whatever
     /// rounding makes of a plane seen edge-on: then no walk culls the box that it is in.
-    pub(super) fn hit(&self, vertices: [[f32; 3]; 3], class: u8) -> Option<PreciseHit> {
+    pub(crate) fn hit(&self, vertices: [[f32; 3]; 3], class: u8) -> Option<PreciseHit> {
         let [kx, ky, kz] = self.axes;
         // Not `map`, which is a call here.
         let wide = |v: [f32; 3]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
@@ -393,7 +393,7 @@ impl PreciseRay {
     /// The `t` of a hit that the common test has at `t`, on a triangle that the ray, which begins at `tmin`, sees edge-on: there
     /// is none before `tmin`, none if the ray passes the triangle by or begins behind its box, and it does not lie before the ray
     /// enters the box.
-    pub(super) fn edge_on(&self, vertices: [[f32; 3]; 3], t: f32, tmin: f32) -> Option<f32> {
+    pub(crate) fn edge_on(&self, vertices: [[f32; 3]; 3], t: f32, tmin: f32) -> Option<f32> {
         if t <= tmin {
             return None;
         }

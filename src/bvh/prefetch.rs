@@ -4,7 +4,7 @@
 
 /// Starts to fetch the cache lines of `row`.
 #[inline(always)]
-pub(super) fn prefetch<T>(row: &T) {
+pub(crate) fn prefetch<T>(row: &T) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};

@@ -1,85 +1,24 @@
 //! Questions to the tree: by packet, by queue, by stream; which walk answers them.
 
 use crate::bvh::build::Bvh;
-use crate::bvh::ray::{ANY_ID, HitPacket, HitQueue, RayPacket, RayQueue, WalkCounters};
-use crate::bvh::walk_flat;
-use crate::bvh::walk_packet;
-use crate::bvh::walk_packet::PacketStack;
-use crate::bvh::walk_single;
-use crate::bvh::walk_single::Stack;
-use crate::bvh::walk_stream::{CHUNK, Stream};
+use crate::bvh::question::{RayKind, Segments, Walk};
+use crate::bvh::ray::{HitQueue, RayQueue, WalkCounters};
 use crate::fault::{Fault, planted};
-use crate::lanes::{F32x8, LANES, Mask8, U32x8};
+use crate::lanes::{LANES, Mask8};
+use crate::simd::native::walks::packets::{HitPacket, RayPacket};
+use crate::simd::{by_level, native};
 use std::cell::RefCell;
 use std::ops::Range;
 
-/// Where rays come from: how coherent neighbours in a queue are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RayKind {
-    /// From the camera, neighbours in the picture next to each other.
-    Camera,
-    /// From hits of camera rays towards lights. (Those of later hits are as scattered as [`RayKind::Bounce`].)
-    Shadow,
-    /// After a bounce, towards anywhere; or from there towards lights.
-    Bounce,
-}
-
-/// A way to walk the tree. All give the same bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Walk {
-    /// One ray after the other.
-    Single,
-    /// Eight rays together.
-    Packet,
-    /// Many single rays in flight.
-    Stream,
-    /// Eight rays together through a list of all leaves; trees too big for a list are walked by packets.
-    Flat,
-}
+#[cfg(all(target_arch = "x86_64", not(target_feature = "avx2")))]
+use crate::simd::avx2;
 
 /// What walks need for a while. Keep one per thread: it grows to its size once.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    single: Stack,
-    packet: PacketStack,
-    stream: Stream,
-    corners: Box<walk_flat::Corners>,
-}
-
-impl Scratch {
-    fn reserve(&mut self, bvh: &Bvh) {
-        self.single.reserve(bvh.stack_bound());
-        self.packet.reserve(bvh.stack_bound());
-        self.stream.reserve(bvh.stack_bound());
-    }
-}
-
-/// Segments that anything may block, and per ray the triangle it aims at: at the very end of the ray, `tmax`, only triangles
-/// of lower ids block it.
-#[derive(Clone, Copy)]
-pub struct Segments<'a> {
-    rays: &'a RayQueue,
-    before: Option<&'a [u32]>,
-}
-
-impl<'a> From<&'a RayQueue> for Segments<'a> {
-    /// Whatever is hit up to `tmax`, that included, blocks.
-    fn from(rays: &'a RayQueue) -> Self {
-        Segments { rays, before: None }
-    }
-}
-
-impl<'a> Segments<'a> {
-    /// Row by row, the triangles that `rays` aim at; padded as the rays are.
-    pub fn aimed(rays: &'a RayQueue, before: &'a [u32]) -> Self {
-        Segments { rays, before: Some(before) }
-    }
-    fn before(&self, row: usize) -> u32 {
-        self.before.map_or(ANY_ID, |before| before[row])
-    }
-    fn before8(&self, first: usize) -> U32x8 {
-        self.before.map_or(U32x8::splat(ANY_ID), |before| U32x8::load(before, first))
-    }
+    native: native::walks::ask::Scratch,
+    #[cfg(all(target_arch = "x86_64", not(target_feature = "avx2")))]
+    avx2: avx2::walks::ask::Scratch,
 }
 
 /// Up to this many scattered rays are followed one after the other.
@@ -99,25 +38,17 @@ thread_local! {
 impl Bvh {
     /// Closest hits of eight rays. Lanes that are not active may hold anything and come back without a hit.
     pub fn intersect(&self, rays: &RayPacket, active: Mask8) -> HitPacket {
+        let (rows, active) = (rays.to_rows(), active.bits());
         SCRATCH.with_borrow_mut(|scratch| {
-            scratch.reserve(self);
-            walk_packet::closest(self.walk_tables(), rays, active, &mut scratch.packet, &mut WalkCounters::default())
+            HitPacket::from_rows(by_level!(scratch, walks::ask::intersect_packet(self, rows, active)))
         })
     }
 
     /// Which of eight rays hit anything. Lanes that are not active may hold anything and come back false.
     pub fn occluded(&self, rays: &RayPacket, active: Mask8) -> Mask8 {
+        let (rows, active) = (rays.to_rows(), active.bits());
         SCRATCH.with_borrow_mut(|scratch| {
-            scratch.reserve(self);
-            let packet = &mut scratch.packet;
-            walk_packet::any(
-                self.walk_tables(),
-                rays,
-                U32x8::splat(ANY_ID),
-                active,
-                packet,
-                &mut WalkCounters::default(),
-            )
+            Mask8::from_bits(by_level!(scratch, walks::ask::occluded_packet(self, rows, active)))
         })
     }
 
@@ -230,71 +161,22 @@ impl Bvh {
         counters: &mut WalkCounters,
     ) {
         assert!(range.start.is_multiple_of(LANES), "a range of rays begins at a multiple of 8");
-        scratch.reserve(self);
         counters.rays += range.len() as u64;
         if walk == Walk::Single && planted(Fault::BlindWalk) {
             return;
         }
-        match walk {
-            Walk::Single => {
-                let tables = self.walk_tables();
-                for row in range {
-                    let hit = walk_single::closest(tables, &rays.ray(row), &mut scratch.single);
-                    hits.set(row, hit);
-                }
-            }
-            Walk::Packet => {
-                for first in range.clone().step_by(LANES) {
-                    let active = Mask8::first((range.end - first).min(LANES));
-                    let hit = walk_packet::closest(
-                        self.walk_tables(),
-                        &rays.packet(first),
-                        active,
-                        &mut scratch.packet,
-                        counters,
-                    );
-                    hits.set_packet(first, &hit);
-                }
-            }
-            Walk::Flat => {
-                let Some(flat) = self.flat() else {
-                    return self.intersect_by(Walk::Packet, rays, range, hits, scratch, counters);
-                };
-                let corners = &mut *scratch.corners;
-                for first in range.clone().step_by(LANES) {
-                    let active = Mask8::first((range.end - first).min(LANES));
-                    let packet = rays.packet(first);
-                    let hit = walk_flat::closest(flat, self.extent(), &packet, active, corners, counters);
-                    hits.set_packet(first, &hit);
-                }
-            }
-            Walk::Stream => {
-                for chunk in range.clone().step_by(CHUNK) {
-                    let count = (range.end - chunk).min(CHUNK);
-                    self.stream_chunk::<false>(rays.into(), chunk, count, &mut scratch.stream);
-                    for first in (0..count).step_by(LANES) {
-                        hits.set_packet(chunk + first, &scratch.stream.hits(first));
-                    }
-                }
-            }
-        }
+        by_level!(scratch, walks::ask::intersect_by(self, walk, rays, range, hits, counters));
     }
 
     /// The hits of the rays `rows` of a queue, all of which hit something, become the first ones behind: of the hits later
     /// in the order of `t`, and of ids on equal `t`, the first. So a ray meets all its hits, none twice.
     pub fn intersect_behind(&self, rays: &RayQueue, rows: &[u32], hits: &mut HitQueue, scratch: &mut Scratch) {
-        scratch.reserve(self);
-        for row in rows.iter().map(|&row| row as usize) {
-            let hit = hits.hit(row);
-            hits.set(row, walk_single::closest_behind(self.walk_tables(), &rays.ray(row), hit, &mut scratch.single));
-        }
+        by_level!(scratch, walks::ask::intersect_behind(self, rays, rows, hits));
     }
 
     /// Whether anything but `passed` blocks the ray of one row before its end.
     pub fn occluded_but(&self, rays: &RayQueue, row: usize, passed: &[u32], scratch: &mut Scratch) -> bool {
-        scratch.reserve(self);
-        let stack = &mut scratch.single;
-        walk_single::any_where(self.walk_tables(), &rays.ray(row), ANY_ID, stack, |id| !passed.contains(&id))
+        by_level!(scratch, walks::ask::occluded_but(self, rays, row, passed))
     }
 
     /// [`Bvh::occluded_queue`] by a walk of one's choice.
@@ -307,78 +189,25 @@ impl Bvh {
         scratch: &mut Scratch,
         counters: &mut WalkCounters,
     ) {
-        let segments = rays.into();
-        let rays = segments.rays;
         assert!(range.start.is_multiple_of(LANES), "a range of rays begins at a multiple of 8");
-        scratch.reserve(self);
         counters.rays += range.len() as u64;
         if blocked.len() < range.end.div_ceil(LANES) {
             blocked.resize(range.end.div_ceil(LANES), 0);
         }
-        if walk == Walk::Stream {
-            for chunk in range.clone().step_by(CHUNK) {
-                let count = (range.end - chunk).min(CHUNK);
-                self.stream_chunk::<true>(segments, chunk, count, &mut scratch.stream);
-                for first in (0..count).step_by(LANES) {
-                    let lanes = Mask8::first((count - first).min(LANES)).bits();
-                    blocked[(chunk + first) / LANES] = scratch.stream.blocked(first) & lanes;
-                }
-            }
-            return;
-        }
-        let corners = &mut *scratch.corners;
-        // Rays that aim at something are for scenes with precise triangles, which no list has.
-        let flat = self.flat().filter(|_| walk == Walk::Flat && segments.before.is_none());
-        for first in range.clone().step_by(LANES) {
-            let lanes = (range.end - first).min(LANES);
-            blocked[first / LANES] = match walk {
-                Walk::Single => {
-                    let tables = self.walk_tables();
-                    let is_blocked = |lane: usize| {
-                        let (ray, before) = (rays.ray(first + lane), segments.before(first + lane));
-                        walk_single::any(tables, &ray, before, &mut scratch.single) as u8
-                    };
-                    (0..lanes).map(is_blocked).enumerate().fold(0, |bits, (lane, bit)| bits | bit << lane)
-                }
-                Walk::Packet | Walk::Stream | Walk::Flat => {
-                    let (packet, active) = (rays.packet(first), Mask8::first(lanes));
-                    match flat {
-                        Some(flat) => walk_flat::any(flat, self.extent(), &packet, active, corners, counters).bits(),
-                        None => {
-                            let (before, stack) = (segments.before8(first), &mut scratch.packet);
-                            walk_packet::any(self.walk_tables(), &packet, before, active, stack, counters).bits()
-                        }
-                    }
-                }
-            };
-        }
-    }
-
-    fn stream_chunk<const ANY: bool>(&self, segments: Segments, chunk: usize, count: usize, stream: &mut Stream) {
-        let rays = segments.rays;
-        for first in (0..count).step_by(LANES) {
-            let before = ANY.then(|| segments.before8(chunk + first));
-            stream.set_packet(first, &rays.packet(chunk + first), before, self.extent());
-        }
-        stream.walk::<ANY>(self.walk_tables(), count, |row| rays.ray(chunk + row));
+        by_level!(scratch, walks::ask::occluded_by(self, walk, rays.into(), range, blocked, counters));
     }
 }
 
 /// Camera-like if most rays share their octant with the next one and point nearly the same way, else bounced.
 fn guess_kind(rays: &RayQueue, count: usize) -> RayKind {
+    let direction = |row: usize| [rays.dx[row], rays.dy[row], rays.dz[row]];
+    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let (mut alike, mut looked) = (0, 0);
     for first in (0..count).step_by((count / 64).next_multiple_of(LANES).max(LANES)) {
-        let d = rays.packet(first).direction;
-        let length = d.dot(d).sqrt().to_array();
-        let first_d = crate::lanes::Vec3x8::new(
-            F32x8::splat(d.x.to_array()[0]),
-            F32x8::splat(d.y.to_array()[0]),
-            F32x8::splat(d.z.to_array()[0]),
-        );
-        let cosine = first_d.dot(d).to_array();
-        for lane in 1..LANES.min(count - first) {
+        let d = direction(first);
+        for other in (first + 1..count.min(first + LANES)).map(direction) {
             looked += 1;
-            alike += (cosine[lane] > 0.95 * length[0] * length[lane]) as usize;
+            alike += (dot(d, other) > 0.95 * dot(d, d).sqrt() * dot(other, other).sqrt()) as usize;
         }
     }
     if alike * 4 >= looked * 3 { RayKind::Camera } else { RayKind::Bounce }

@@ -6,7 +6,6 @@ use crate::check::row::Outcome;
 use crate::check::trial::{SIGMAS, Trial, Worst, small};
 use crate::error::Result;
 use crate::lanes::F32x8;
-use crate::packet;
 use crate::reference::single::mis;
 use crate::settings::Settings;
 use crate::strategy::Strategy;
@@ -131,7 +130,10 @@ fn lanes_as_scalars(effort: &Effort) -> Result<Outcome> {
             };
         }
         let (a, b) = (F32x8::from_array(pairs.map(|pair| pair.0)), F32x8::from_array(pairs.map(|pair| pair.1)));
-        let lanes = [packet::mis::balance(a, b).to_array(), packet::mis::power(a, b).to_array()];
+        let lanes = [
+            crate::simd::native::kernels::mis::balance(a, b).to_array(),
+            crate::simd::native::kernels::mis::power(a, b).to_array(),
+        ];
         for (lane, &(a, b)) in pairs.iter().enumerate() {
             differ += u64::from(lanes[0][lane].to_bits() != mis::balance(a, b).to_bits());
             differ += u64::from(lanes[1][lane].to_bits() != mis::power(a, b).to_bits());

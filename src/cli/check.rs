@@ -10,7 +10,7 @@ use crate::cli::numbers::count;
 use crate::cli::output::{JsonArgs, columns, print, wrapped};
 use crate::cli::{prepare, warn};
 use crate::error::Result;
-use crate::lanes::simd_level;
+use crate::simd::simd_level;
 use std::path::PathBuf;
 use std::sync::Mutex;
 

@@ -24,8 +24,7 @@ mod trace;
 
 use crate::api::Scene;
 use crate::error::Result;
-use crate::lanes::simd_level;
-use crate::simd::SimdLevel;
+use crate::simd::{SimdLevel, simd_level};
 use crate::tables::PreparedScene;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};

@@ -1,10 +1,10 @@
 //! The `--stats` file of a render.
 
-use crate::lanes::simd_level;
 use crate::learn::outcome::Learning;
 use crate::render::{RayCounts, Render, StageStats};
 use crate::settings::Settings;
 use crate::setup::frame::Frame;
+use crate::simd::simd_level;
 use crate::tables::PreparedScene;
 use serde::Serialize;
 

@@ -1,12 +1,6 @@
-//! Sine, cosine and angles on lanes: the polynomials of [`crate::math`], same bits. Searching a short list.
+//! Sine, cosine and angles on lanes: the polynomials of [`crate::math`], same bits.
 
-use crate::lanes::types::{F32x8, U32x8};
-
-/// How many of 16 values are at most `most`.
-#[inline(always)]
-pub fn count_at_most(values: &[u16; 16], most: u16) -> u32 {
-    wide::u16x16::new(*values).simd_le(wide::u16x16::splat(most)).to_bitmask().count_ones()
-}
+use super::types::{F32x8, U32x8};
 
 /// (sine, cosine) of `turns` whole turns; the lanes of [`crate::math::sin_cos_turns`], same bits.
 #[inline(always)]
@@ -50,5 +44,9 @@ pub fn polar_half_turns(versine: F32x8) -> F32x8 {
 #[inline(always)]
 fn polynomial<const N: usize>(c: &[f32; N], x: F32x8) -> F32x8 {
     let last = F32x8::splat(c[N - 1]);
-    c[..N - 1].iter().rev().fold(last, |sum, &c| F32x8::splat(c) + x * sum)
+    let mut sum = last;
+    for i in (0..N - 1).rev() {
+        sum = F32x8::splat(c[i]) + x * sum;
+    }
+    sum
 }

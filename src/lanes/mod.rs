@@ -7,6 +7,9 @@
 //! **Invariant:** lane `i` of a result depends on lane `i` of the operands alone, except in the functions that say
 //! otherwise in their first line (`compress`, `transpose`, `gather`, reductions).
 
+pub(crate) mod compress;
+mod derived;
+mod each;
 mod f32x8;
 mod functions;
 mod mask;
@@ -14,20 +17,8 @@ mod types;
 mod u32x8;
 mod vec3;
 
-pub use functions::{atan2_turns, count_at_most, polar_half_turns, sin_cos_turns};
-pub use types::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-
-/// The SIMD level this build was compiled for.
-pub const fn simd_level() -> &'static str {
-    if cfg!(all(target_arch = "x86_64", target_feature = "avx512f")) {
-        "x86-64-v4 (AVX-512 build, 8 lanes)"
-    } else if cfg!(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma")) {
-        "x86-64-v3 (AVX2, 8 lanes)"
-    } else if cfg!(all(target_arch = "x86_64", target_feature = "avx")) {
-        "AVX (8 lanes, integers in halves)"
-    } else if cfg!(target_arch = "x86_64") {
-        "x86-64 (SSE2, 8 lanes in halves)"
-    } else {
-        "portable (8 lanes, untested CPU)"
-    }
-}
+pub use each::{Each, inlined};
+pub use functions::{atan2_turns, polar_half_turns, sin_cos_turns};
+pub use types::{F32x8, LANES, Mask8, U32x8};
+pub use u32x8::count_at_most;
+pub use vec3::Vec3x8;

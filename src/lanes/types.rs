@@ -28,17 +28,6 @@ pub struct U32x8(pub(super) u32x8);
 #[repr(transparent)]
 pub struct Mask8(pub(super) f32x8);
 
-/// Eight vectors, one array a component.
-#[derive(Clone, Copy, Default)]
-pub struct Vec3x8 {
-    /// First components.
-    pub x: F32x8,
-    /// Second components.
-    pub y: F32x8,
-    /// Third components.
-    pub z: F32x8,
-}
-
 macro_rules! binary_operator {
     ($type:ident, $trait:ident, $function:ident) => {
         impl $trait for $type {

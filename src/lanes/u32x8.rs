@@ -1,6 +1,6 @@
 //! Eight `u32`.
 
-use crate::lanes::types::{F32x8, LANES, Mask8, U32x8, binary_operator};
+use super::types::{F32x8, LANES, Mask8, U32x8, binary_operator};
 use std::ops::{Add, BitAnd, BitOr, BitXor, Mul, Shl, Shr, Sub};
 use wide::{f32x8, i32x8, u8x32, u32x8};
 
@@ -25,27 +25,10 @@ impl U32x8 {
     pub fn from_array(values: [u32; LANES]) -> Self {
         Self(u32x8::new(values))
     }
-    /// `0, 1, .. 7`.
-    #[inline(always)]
-    pub fn lane_numbers() -> Self {
-        Self::from_array([0, 1, 2, 3, 4, 5, 6, 7])
-    }
     /// `[i]` is lane `i`.
     #[inline(always)]
     pub fn to_array(self) -> [u32; LANES] {
         self.0.to_array()
-    }
-    /// Lane `i` is `values[first + i]`; panics if fewer than eight are left.
-    #[inline(always)]
-    pub fn load(values: &[u32], first: usize) -> Self {
-        let block: &[u32; LANES] = values[first..first + LANES].try_into().expect("eight values");
-        Self::from_array(*block)
-    }
-    /// `values[first + i]` becomes lane `i`; panics if there is no room for eight.
-    #[inline(always)]
-    pub fn store(self, values: &mut [u32], first: usize) {
-        let block: &mut [u32; LANES] = (&mut values[first..first + LANES]).try_into().expect("eight values");
-        *block = self.to_array();
     }
     /// `self == other`.
     #[inline(always)]
@@ -57,12 +40,6 @@ impl U32x8 {
     pub fn lt_signed(self, other: Self) -> Mask8 {
         let (a, b): (i32x8, i32x8) = (bytemuck::cast(self.0), bytemuck::cast(other.0));
         Mask8(bytemuck::cast(a.simd_lt(b)))
-    }
-    /// `self < other` as unsigned numbers.
-    #[inline(always)]
-    pub fn lt(self, other: Self) -> Mask8 {
-        let flip = U32x8::splat(0x8000_0000);
-        (self ^ flip).lt_signed(other ^ flip)
     }
     /// The values as `f32`, exact below 2^24; must be below 2^31.
     #[inline(always)]
@@ -127,17 +104,6 @@ impl U32x8 {
     pub fn permute(self, indices: U32x8) -> Self {
         Self(self.0.shuffle(indices.0))
     }
-    /// Crosses lanes: the lanes of `mask` (bit `i`: lane `i`) move to the front in order; what follows them is unspecified.
-    #[inline(always)]
-    pub fn compress(self, mask: u8) -> Self {
-        Self(self.0.shuffle(u32x8::new(COMPRESS[mask as usize])))
-    }
-    /// Reads memory at eight places: lane `i` is `table[indices[i]]`. Every index must lie in the table.
-    #[inline(always)]
-    pub fn gather(table: &[u32], indices: U32x8) -> Self {
-        let at = indices.to_array();
-        Self::from_array(std::array::from_fn(|lane| table[at[lane] as usize]))
-    }
 }
 
 impl Shl<u32> for U32x8 {
@@ -155,20 +121,8 @@ impl Shr<u32> for U32x8 {
     }
 }
 
-/// `COMPRESS[mask]`: the numbers of the lanes set in `mask`, ascending, then zeros.
-static COMPRESS: [[u32; LANES]; 256] = {
-    let mut table = [[0u32; LANES]; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let (mut lane, mut place) = (0, 0);
-        while lane < LANES {
-            if mask >> lane & 1 == 1 {
-                table[mask][place] = lane as u32;
-                place += 1;
-            }
-            lane += 1;
-        }
-        mask += 1;
-    }
-    table
-};
+/// How many of 16 values are at most `most`.
+#[inline(always)]
+pub fn count_at_most(values: &[u16; 16], most: u16) -> u32 {
+    wide::u16x16::new(*values).simd_le(wide::u16x16::splat(most)).to_bitmask().count_ones()
+}

@@ -1,7 +1,18 @@
 //! Eight vectors of three components.
 
-use crate::lanes::types::{F32x8, Vec3x8};
+use super::types::F32x8;
 use std::ops::{Add, Mul, Neg, Sub};
+
+/// Eight vectors, one array a component.
+#[derive(Clone, Copy, Default)]
+pub struct Vec3x8 {
+    /// First components.
+    pub x: F32x8,
+    /// Second components.
+    pub y: F32x8,
+    /// Third components.
+    pub z: F32x8,
+}
 
 impl Vec3x8 {
     /// From its components.

@@ -7,22 +7,14 @@
 //! One tile of paths goes through `generate_camera_rays -> { intersect_closest -> sort_hits -> shade_miss | shade_emitter |
 //! shade_surface (density kinds) | shade_specular (delta kinds) -> intersect_shadow }` until no path is left. [`decisions`]
 //! are the facts that stages read, [`plan`] is the list that [`tile`] runs, [`explain`] says the same in prose.
+//!
+//! The folder `kernels` (stages, materials, lights) is compiled once a SIMD level, as part of [`crate::simd`].
 
-pub mod alpha_masks;
-pub mod bsdf;
 pub mod context;
 pub mod counters;
 pub mod decisions;
 pub mod explain;
-pub mod guide;
-pub mod lights;
-pub mod mis;
 pub mod plan;
 pub mod queues;
-pub mod records;
-pub mod stages;
-pub mod surface;
-pub mod texture;
 pub mod tile;
 pub mod trace;
-pub mod warp;

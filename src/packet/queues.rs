@@ -2,7 +2,7 @@
 //! sized once for a tile of `capacity` paths plus a spare block, so that a compressed store never needs a check.
 
 use crate::bvh::ray::{HitQueue, RayQueue};
-use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::lanes::LANES;
 use crate::learn::guide::steps::StepRecords;
 use crate::learn::records::{Lesson, LightRecords};
 use crate::learn::visibility::records::VisibilityRecords;
@@ -31,35 +31,6 @@ impl Columns3 {
         let column = || vec![0.0; len.next_multiple_of(LANES) + LANES];
         Columns3 { x: column(), y: column(), z: column() }
     }
-    /// Rows `first .. first + 8`.
-    #[inline(always)]
-    pub fn load(&self, first: usize) -> Vec3x8 {
-        Vec3x8::new(F32x8::load(&self.x, first), F32x8::load(&self.y, first), F32x8::load(&self.z, first))
-    }
-    /// The rows named by `indices`.
-    #[inline(always)]
-    pub fn gather(&self, indices: U32x8) -> Vec3x8 {
-        let column = |c: &[f32]| F32x8::gather(c, indices);
-        Vec3x8::new(column(&self.x), column(&self.y), column(&self.z))
-    }
-    /// The lanes of `mask` become the rows from `at` on.
-    #[inline(always)]
-    pub fn append(&mut self, at: usize, values: Vec3x8, mask: u8) {
-        values.x.compress(mask).store(&mut self.x, at);
-        values.y.compress(mask).store(&mut self.y, at);
-        values.z.compress(mask).store(&mut self.z, at);
-    }
-}
-
-/// The origins and directions of the lanes of `mask` become rays from `at` on; `tmin` and `tmax` keep what they hold.
-#[inline(always)]
-pub fn append_rays(rays: &mut RayQueue, at: usize, origin: Vec3x8, direction: Vec3x8, mask: u8) {
-    origin.x.compress(mask).store(&mut rays.ox, at);
-    origin.y.compress(mask).store(&mut rays.oy, at);
-    origin.z.compress(mask).store(&mut rays.oz, at);
-    direction.x.compress(mask).store(&mut rays.dx, at);
-    direction.y.compress(mask).store(&mut rays.dy, at);
-    direction.z.compress(mask).store(&mut rays.dz, at);
 }
 
 /// Paths whose next ray is to be traced.
@@ -108,7 +79,7 @@ pub struct ShadowQueue {
     /// The segments, world space; directions reach from origin to light point, `tmax` is where they end (infinite:
     /// environment).
     pub rays: RayQueue,
-    /// The emitters they aim at ([`crate::packet::lights::sample::LightSamples::target`]); kept only where there are some.
+    /// The emitters they aim at (`LightSamples::target`); kept only where there are some.
     pub target: Vec<u32>,
     /// What may block them at their very end ([`crate::tables::lights::targets::Targets::before`]); filled where it matters.
     pub before: Vec<u32>,
@@ -251,19 +222,6 @@ impl IndexList {
     pub fn new(capacity: usize) -> IndexList {
         IndexList { rows: words(capacity), len: 0 }
     }
-    /// Appends rows `first .. first + 8` where `mask` says so.
-    #[inline(always)]
-    pub fn append(&mut self, first: usize, mask: u8) {
-        let rows = U32x8::lane_numbers() + U32x8::splat(first as u32);
-        rows.compress(mask).store(&mut self.rows, self.len);
-        self.len += mask.count_ones() as usize;
-    }
-    /// Block `first .. first + 8` of the list: its rows (idle lanes repeat row 0) and the lanes in use.
-    #[inline(always)]
-    pub fn block(&self, first: usize) -> (U32x8, Mask8) {
-        let active = Mask8::first((self.len - first).min(LANES));
-        (active.select_u32(U32x8::load(&self.rows, first), U32x8::ZERO), active)
-    }
 }
 
 impl Slots {
@@ -278,30 +236,6 @@ impl Slots {
             albedo: column(needs.albedo),
             inverse_pixel: column(needs.inverse_pixel),
             len: 0,
-        }
-    }
-
-    /// What roulette goes by becomes `albedo` for the slots in the lanes of `mask`.
-    #[inline(always)]
-    pub fn set_albedo(&mut self, slot: U32x8, albedo: F32x8, mask: u8) {
-        let (slot, albedo) = (slot.to_array(), albedo.to_array());
-        let mut rest = mask;
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            self.albedo[slot[lane] as usize] = albedo[lane];
-        }
-    }
-
-    /// Adds to the radiance of the slots in the lanes of `mask`, which name each slot at most once.
-    #[inline(always)]
-    pub fn add(&mut self, slot: U32x8, gain: Vec3x8, mask: u8) {
-        let (slot, gain) = (slot.to_array(), [gain.x.to_array(), gain.y.to_array(), gain.z.to_array()]);
-        let mut rest = mask;
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            self.radiance[slot[lane] as usize].add([gain[0][lane], gain[1][lane], gain[2][lane], 0.0]);
         }
     }
 }

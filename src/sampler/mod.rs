@@ -7,14 +7,15 @@
 //! **Addresses.** `pixel` is `y << 16 | x` in the whole film (a crop draws what the whole picture would). Block 0 belongs
 //! to the camera; event `d` (the d-th scattering event, from 0) owns the light block `1 + 2d` and the BSDF block `2 + 2d`.
 //!
+//! What draws for eight paths is compiled once a SIMD level, as part of [`crate::simd`] (folder `lanes`).
+//!
 //! The `sobol` sampler ([`sobol`]) has the same addresses and spreads the numbers of one address over samples better.
 
 pub mod draws;
 pub mod sobol;
 
-use crate::lanes::{F32x8, U32x8};
 use crate::settings::Sampler;
-use sobol::{sobol_words, sobol_words_x8};
+use sobol::sobol_words;
 
 /// The block of the camera: numbers 0, 1 place the ray in the pixel, 2, 3 on the lens.
 pub const CAMERA_BLOCK: u32 = 0;
@@ -47,7 +48,7 @@ pub fn sample_words(sampler: Sampler, pixel: u32, sample: u32, block: u32, seed:
     }
 }
 
-/// Which words of a block are read, for [`sample_words_x8`]: all of them.
+/// Which words of a block are read, for the versions on lanes: all of them.
 pub const ALL_WORDS: u8 = 0b1111;
 /// Words 0, 1 of a camera block: there is no lens.
 pub const PIXEL_WORDS: u8 = 0b0011;
@@ -60,21 +61,6 @@ pub const LOBE_WORDS: u8 = 0b1100;
 /// Word 3 of a BSDF block: roulette.
 pub const ROULETTE_WORD: u8 = 0b0100;
 
-/// [`sample_words`] for eight addresses that share block and seed; same bits. `NEEDED` is one of the constants above (a bit for every dimension of [`sobol`]); other words than those hold anything.
-#[inline(always)]
-pub fn sample_words_x8<const NEEDED: u8>(
-    sampler: Sampler,
-    pixel: U32x8,
-    sample: U32x8,
-    block: u32,
-    seed: u32,
-) -> [U32x8; 4] {
-    match sampler {
-        Sampler::Independent => random_words_x8(pixel, sample, block, seed),
-        Sampler::Sobol => sobol_words_x8::<NEEDED>(pixel, sample, block, seed),
-    }
-}
-
 /// Four random words for one address (PCG4D).
 #[inline]
 pub fn random_words(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
@@ -83,7 +69,7 @@ pub fn random_words(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] 
 
 /// PCG4D. After the two rounds of the paper the upper bits of the words are well mixed, after three all of them are.
 #[inline(always)]
-fn mix<const ROUNDS: u32>(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
+pub(crate) fn mix<const ROUNDS: u32>(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
     let step = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
     let [mut x, mut y, mut z, mut w] = [step(pixel), step(sample), step(block), step(seed)];
     for round in 0..ROUNDS {
@@ -108,34 +94,4 @@ pub fn unit(word: u32) -> f32 {
 #[inline(always)]
 pub fn index_below(word: u32, count: u32) -> u32 {
     ((word as u64 * count as u64) >> 32) as u32
-}
-
-/// [`random_words`] for eight addresses that share block and seed; same bits.
-#[inline(always)]
-pub fn random_words_x8(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U32x8; 4] {
-    mix_x8::<2>(pixel, sample, block, seed)
-}
-
-/// [`mix`] for eight addresses.
-#[inline(always)]
-fn mix_x8<const ROUNDS: u32>(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U32x8; 4] {
-    let step = |v: U32x8| v * U32x8::splat(1_664_525) + U32x8::splat(1_013_904_223);
-    let (mut x, mut y) = (step(pixel), step(sample));
-    let (mut z, mut w) = (step(U32x8::splat(block)), step(U32x8::splat(seed)));
-    for round in 0..ROUNDS {
-        x = x + y * w;
-        y = y + z * x;
-        z = z + x * y;
-        w = w + y * z;
-        if round + 1 < ROUNDS {
-            [x, y, z, w] = [x ^ (x >> 16), y ^ (y >> 16), z ^ (z >> 16), w ^ (w >> 16)];
-        }
-    }
-    [x, y, z, w]
-}
-
-/// [`unit()`] for eight words; same bits.
-#[inline(always)]
-pub fn unit_x8(word: U32x8) -> F32x8 {
-    (word >> 8).to_f32() * F32x8::splat(1.0 / 16_777_216.0)
 }

@@ -12,15 +12,14 @@
 //! once). They go to the 2-D decisions: words 0, 1 of camera and BSDF blocks, words 1, 2 of light blocks. The third makes
 //! the decision beside it: which light, whether to go on.
 
-use crate::lanes::U32x8;
-use crate::sampler::{CAMERA_BLOCK, mix, mix_x8};
+use crate::sampler::{CAMERA_BLOCK, mix};
 
 /// Independently scrambled groups that the samples of a pixel go to in turn.
 pub const GROUPS: u32 = 4;
 
 /// Rounds of PCG4D for the seeds of shuffles and scrambles, which are made of all their bits: two rounds leave structure
 /// between neighbours in the low ones that tests/operations/sobol.rs sees.
-const ROUNDS: u32 = 3;
+pub(crate) const ROUNDS: u32 = 3;
 
 /// Columns of the generator matrices: sample numbers have 32 bits, two of which name the group.
 const COLUMNS: usize = 30;
@@ -38,10 +37,10 @@ static DIRECTIONS: [[u32; COLUMNS]; 4] = [
 ];
 
 /// [`DIRECTIONS`], most significant digit in bit 0.
-static MIRRORED: [[u32; COLUMNS]; 4] = mirrored();
+pub(crate) static MIRRORED: [[u32; COLUMNS]; 4] = mirrored();
 
 /// Coordinates 0 to 3, digits mirrored, of what the lowest and the next four bits of an index add: eight digits at most.
-const LOW: [[[u8; 16]; 2]; 4] = low();
+pub(crate) const LOW: [[[u8; 16]; 2]; 4] = low();
 
 /// Dimension 0: the index, mirrored at the binary point.
 const fn van_der_corput() -> [u32; COLUMNS] {
@@ -113,7 +112,7 @@ pub fn sobol_words(pixel: u32, sample: u32, block: u32, seed: u32) -> [u32; 4] {
 /// The words of a block by the dimensions that make them: the best pair where two numbers make one decision, the last
 /// dimension where fewest decisions are made (lobes; an environment map's second choice).
 #[inline(always)]
-fn in_order<T>(block: u32, [a, b, c, d]: [T; 4]) -> [T; 4] {
+pub(crate) fn in_order<T>(block: u32, [a, b, c, d]: [T; 4]) -> [T; 4] {
     match block {
         CAMERA_BLOCK => [a, b, c, d],
         _ if block % 2 == 1 => [c, a, b, d],
@@ -142,7 +141,7 @@ fn owen_scramble(digits: u32, seed: u32) -> u32 {
 }
 
 /// Levels of the tree of flips that one word holds.
-const LEVELS: u32 = 5;
+pub(crate) const LEVELS: u32 = 5;
 
 /// The order of the points: every bit of the index is flipped or not, as the bits above it decide, so that each aligned run
 /// of 2^m points stays together: the first 2^m samples are the first 2^m points, in another order.
@@ -167,7 +166,7 @@ fn shuffle(index: u32, seed: u32) -> u32 {
 }
 
 /// Where the `2^level` flips of a level begin in a word.
-const fn first_flip(level: u32) -> u32 {
+pub(crate) const fn first_flip(level: u32) -> u32 {
     32 - (2 << level)
 }
 
@@ -178,105 +177,5 @@ fn hash(seed: u32, word: u32, prefix: u32) -> u32 {
     x = x.wrapping_mul(0x7feb_352d);
     x ^= x >> 15;
     x = x.wrapping_mul(0x846c_a68b);
-    x ^ x >> 16
-}
-
-/// [`sobol_words`] for eight addresses that share block and seed; same bits. Only the dimensions of the block whose bit in
-/// `NEEDED` is set are made; the words of the others hold anything.
-// Not inlined: stages stay small, and what runs without it stays as it is.
-#[inline(never)]
-pub fn sobol_words_x8<const NEEDED: u8>(pixel: U32x8, sample: U32x8, block: u32, seed: u32) -> [U32x8; 4] {
-    let seeds = mix_x8::<ROUNDS>(pixel, sample & U32x8::splat(GROUPS - 1), block, seed);
-    let index = shuffle_x8(sample >> GROUPS.ilog2(), seeds[0] ^ seeds[1] ^ seeds[2] ^ seeds[3]);
-    let half = U32x8::splat(15);
-    let (low, next) = (index & half, index >> 4 & half);
-    let mut points = [index, U32x8::ZERO, U32x8::ZERO, U32x8::ZERO];
-    for dimension in 1..4 {
-        if NEEDED >> dimension & 1 == 1 {
-            points[dimension] = low.look_up_bytes(LOW[dimension][0]) ^ next.look_up_bytes(LOW[dimension][1]);
-        }
-    }
-    if !(index >> 8).eq(U32x8::ZERO).all() {
-        add_high_columns(index, &mut points);
-    }
-    for dimension in 0..4 {
-        if NEEDED >> dimension & 1 == 1 {
-            points[dimension] = owen_scramble_x8(points[dimension], seeds[dimension]);
-        }
-    }
-    in_order(block, points)
-}
-
-/// Adds what the bits of the index above the lowest eight do to coordinates 1 and on.
-#[inline(never)]
-fn add_high_columns(index: U32x8, points: &mut [U32x8; 4]) {
-    let (mut rest, mut j) = (index >> 8, 8);
-    while !rest.eq(U32x8::ZERO).all() {
-        let taken = U32x8::ZERO - (rest & U32x8::splat(1));
-        for (point, columns) in points.iter_mut().zip(&MIRRORED).skip(1) {
-            *point = *point ^ taken & U32x8::splat(columns[j]);
-        }
-        (rest, j) = (rest >> 1, j + 1);
-    }
-}
-
-/// [`owen_scramble`] of mirrored digits.
-#[inline(always)]
-fn owen_scramble_x8(mirrored: U32x8, seed: U32x8) -> U32x8 {
-    let mut x = mirrored;
-    x = x ^ (x * U32x8::splat(0x3d20_adea));
-    x = x + seed;
-    x = x * (seed >> 16 | U32x8::splat(1));
-    x = x ^ (x * U32x8::splat(0x0552_6c56));
-    x = x ^ (x * U32x8::splat(0x53a2_2864));
-    x.reverse_bits()
-}
-
-/// [`shuffle`] of eight indices, [`LEVELS`] bits at a time.
-#[inline(always)]
-fn shuffle_x8(index: U32x8, seed: U32x8) -> U32x8 {
-    let mut shuffled = index ^ flips_x8(index, seed, 0);
-    if !(index >> LEVELS).eq(U32x8::ZERO).all() {
-        flip_high_bits(&mut shuffled, index, seed);
-    }
-    shuffled
-}
-
-/// The flips above the lowest [`LEVELS`] bits.
-#[inline(never)]
-fn flip_high_bits(shuffled: &mut U32x8, index: U32x8, seed: U32x8) {
-    let (mut rest, mut word) = (index >> LEVELS, 1);
-    while !rest.eq(U32x8::ZERO).all() {
-        *shuffled = *shuffled ^ flips_x8(rest, seed, word) << (LEVELS * word);
-        (rest, word) = (rest >> LEVELS, word + 1);
-    }
-}
-
-/// Which of the lowest [`LEVELS`] bits of `rest` are flipped: the index without the bits of earlier words.
-#[inline(always)]
-fn flips_x8(rest: U32x8, seed: U32x8, word: u32) -> U32x8 {
-    /// The flips of bits with nothing but 0 above them, in a word without prefix.
-    const UNUSED: u32 = 1 << first_flip(0) | 1 << first_flip(1) | 1 << first_flip(2) | 1 << first_flip(3) | 1;
-    let prefix = rest >> LEVELS;
-    let used = prefix.eq(U32x8::ZERO).select_u32(U32x8::splat(!UNUSED), U32x8::splat(u32::MAX));
-    let (flips, bits) = (hash_x8(seed, word, prefix) & used, rest & U32x8::splat((1 << LEVELS) - 1));
-    let mut flipped = U32x8::ZERO;
-    for level in 0..LEVELS {
-        let bit = LEVELS - 1 - level;
-        // The flip lands on the bit that it is for.
-        let shift = (bits >> (bit + 1)) + U32x8::splat(first_flip(level) - bit);
-        flipped = flipped | flips.shift_right_each(shift) & U32x8::splat(1 << bit);
-    }
-    flipped
-}
-
-/// [`hash`] for eight.
-#[inline(always)]
-fn hash_x8(seed: U32x8, word: u32, prefix: U32x8) -> U32x8 {
-    let mut x = seed + prefix * U32x8::splat(0x9e37_79b9) + U32x8::splat(word << 27);
-    x = x ^ x >> 16;
-    x = x * U32x8::splat(0x7feb_352d);
-    x = x ^ x >> 15;
-    x = x * U32x8::splat(0x846c_a68b);
     x ^ x >> 16
 }

@@ -118,6 +118,19 @@ pub const COMPILED: SimdLevel = if cfg!(all(target_arch = "x86_64", target_featu
     SimdLevel::Baseline
 };
 
+/// The SIMD level in use, and what the program was compiled for: for version lines and reports.
+pub fn simd_level() -> &'static str {
+    const NATIVE: bool = matches!(COMPILED, SimdLevel::Avx2);
+    match SimdLevel::used() {
+        SimdLevel::Avx512 if NATIVE => "AVX-512, built for x86-64-v3",
+        SimdLevel::Avx512 => "AVX-512, built for x86-64 (SSE2)",
+        SimdLevel::Avx2 if NATIVE => "AVX2, built for x86-64-v3",
+        SimdLevel::Avx2 => "AVX2, built for x86-64 (SSE2)",
+        SimdLevel::Baseline if cfg!(target_arch = "x86_64") => "SSE2, built for x86-64",
+        SimdLevel::Baseline => "baseline of an untested architecture",
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,14 +3,14 @@
 use crate::common::{check_no_trace, first_difference, prepared, rooms, small};
 use octray::internal::lanes::LANES;
 use octray::internal::learn::outcome::Learning;
-use octray::internal::packet::lights::factors as factors_x8;
-use octray::internal::packet::lights::tree as lanes;
 use octray::internal::packet::plan::Plan;
 use octray::internal::reference::single::lights::factors;
 use octray::internal::reference::single::lights::tree::{Receiver, choose_light, light_probability};
 use octray::internal::reference::{path_steps, single};
 use octray::internal::render::pilot::resolve;
 use octray::internal::sampler::{random_words, unit};
+use octray::internal::simd::native::kernels::lights::factors as factors_x8;
+use octray::internal::simd::native::kernels::lights::tree as lanes;
 use octray::internal::tables::lights::learned::{ALIKE, LearnedLights};
 use octray::internal::tables::lights::table::Selection;
 use octray::internal::{packet, trace};

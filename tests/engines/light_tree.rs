@@ -4,11 +4,11 @@ use crate::common;
 use crate::common::Maker;
 use glam::{DVec3, Vec3};
 use octray::internal::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
-use octray::internal::packet::lights::tree as lanes;
 use octray::internal::reference::single::lights::tree::{
     Receiver, choose_light, environment_eighths, light_probability,
 };
 use octray::internal::sampler::{random_words, unit};
+use octray::internal::simd::native::kernels::lights::tree as lanes;
 use octray::internal::tables::lights::table::{Fixed, LightTable, Selection};
 use octray::internal::tables::lights::tree::LightTree;
 use octray::scene::desc::EnvironmentDesc;

@@ -5,9 +5,9 @@
 use crate::common::{Maker, estimate, first_difference, small};
 use glam::DVec3;
 use octray::internal::lanes::{F32x8, LANES, U32x8, Vec3x8};
-use octray::internal::packet::lights::environment as environment_x8;
 use octray::internal::reference::single::lights::environment::{map_pdf_dir, sample_map, texel_index};
 use octray::internal::sampler::{random_words, unit};
+use octray::internal::simd::native::kernels::lights::environment as environment_x8;
 use octray::internal::tables::lights::environment::{Distribution, EnvironmentMap, LEAST_DENSITY};
 use octray::scene::desc::{EnvironmentDesc, MapDesc};
 use octray::{Engine, Settings, Strategy, render};

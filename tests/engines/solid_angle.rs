@@ -8,9 +8,9 @@ mod views;
 use crate::common::chi_square_z;
 use glam::{DVec3, Vec3};
 use octray::internal::lanes::{F32x8, LANES, Vec3x8};
-use octray::internal::packet::lights::triangle::solid_angles;
 use octray::internal::reference::double;
 use octray::internal::reference::single::lights::triangle::solid_angle;
+use octray::internal::simd::native::kernels::lights::triangle::solid_angles;
 use std::f64::consts::PI;
 use views::*;
 

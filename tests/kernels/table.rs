@@ -2,12 +2,12 @@
 
 use crate::runner::{Idle, Kernel, anything, both, check, columns, direction, lanes3, number, vec3};
 use octray::internal::lanes::{self, F32x8, U32x8};
-use octray::internal::packet::bsdf::microfacet as microfacet_x8;
-use octray::internal::packet::lights::triangle as triangle_x8;
-use octray::internal::packet::{mis as mis_x8, texture as texture_x8, warp as warp_x8};
 use octray::internal::reference::single::bsdf::microfacet;
 use octray::internal::reference::single::lights::triangle;
 use octray::internal::reference::single::{mis, texture, warp};
+use octray::internal::simd::native::kernels::bsdf::microfacet as microfacet_x8;
+use octray::internal::simd::native::kernels::lights::triangle as triangle_x8;
+use octray::internal::simd::native::kernels::{mis as mis_x8, texture as texture_x8, warp as warp_x8};
 use octray::internal::tables::textures::{NO_TEXTURE, TextureTable};
 use octray::internal::{math, reference::single::Vec3};
 use octray::scene::desc::TextureDesc;

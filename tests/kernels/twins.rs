@@ -1,9 +1,10 @@
 //! Every lane kernel against its scalar twin, bit for bit, with idle lanes poisoned.
 
 use octray::internal::lanes::{F32x8, LANES, U32x8, Vec3x8};
-use octray::internal::packet::{mis as mis_x8, surface as surface_x8, warp as warp_x8};
 use octray::internal::reference::single::{Vec3, mis, surface, warp};
-use octray::internal::sampler::{bsdf_block, index_below, light_block, random_words, random_words_x8, unit, unit_x8};
+use octray::internal::sampler::{bsdf_block, index_below, light_block, random_words, unit};
+use octray::internal::simd::native::kernels::{mis as mis_x8, surface as surface_x8, warp as warp_x8};
+use octray::internal::simd::native::numbers::{random_words_x8, unit_x8};
 use octray::internal::tables::margins::PRECISE_OFFSET;
 use octray::internal::tables::triangles::TriangleRecord;
 

@@ -86,8 +86,9 @@ const LAYERS: [&[&str]; 11] = [
     ],
 ];
 
-/// The crate's roots, which name every room and are named by none.
-const ROOTS: [&str; 2] = ["lib.rs", "internal.rs"];
+/// The crate's roots, which name every room and are named by none: those of the engine's SIMD levels, too, which hold parts of
+/// several rooms. (What is compiled there counts as the room's that it lies in.)
+const ROOTS: [&str; 4] = ["lib.rs", "internal.rs", "simd/native.rs", "simd/avx2.rs"];
 
 /// The layer of a file: that of the innermost folder which has one.
 fn layer(path: &str) -> Option<usize> {
@@ -171,14 +172,24 @@ fn circles_of_files_are_found() {
 #[test]
 fn files_compiled_twice_are_followed_in_both_modules() {
     let graph = sources(&[
-        ("lib.rs", "mod r;"),
+        ("lib.rs", "mod r;\nmod simd;"),
         ("r/mod.rs", "pub mod one;\npub mod two;"),
         ("r/one.rs", "#[path = \"x.rs\"]\npub mod x;\n#[path = \"y/mod.rs\"]\npub mod y;\npub type Real = f32;"),
         ("r/two.rs", "#[path = \"x.rs\"]\npub mod x;\n#[path = \"y/mod.rs\"]\npub mod y;\npub type Real = f64;"),
         ("r/x.rs", "use super::Real;\nuse super::y::Y;"),
         ("r/y/mod.rs", "pub mod z;\nuse super::Real;"),
         ("r/y/z.rs", "use super::super::x::f;"),
+        ("simd/mod.rs", "pub mod one;\npub mod two;"),
+        ("simd/one.rs", "#[path = \"../k/x.rs\"]\npub mod x;\n#[path = \"../l/one.rs\"]\npub mod l;"),
+        ("simd/two.rs", "#[path = \"../k/x.rs\"]\npub mod x;\n#[path = \"../l/two.rs\"]\npub mod l;"),
+        ("k/x.rs", "use super::here;\nuse here::l::Lanes;"),
+        ("l/one.rs", ""),
+        ("l/two.rs", ""),
     ]);
+    assert_eq!(
+        graph["k/x.rs"].iter().filter(|path| path.starts_with("l/")).collect::<Vec<_>>(),
+        ["l/one.rs", "l/two.rs"]
+    );
     assert_eq!(graph["r/x.rs"].iter().collect::<Vec<_>>(), ["r/one.rs", "r/two.rs", "r/y/mod.rs"]);
     assert_eq!(graph["r/y/z.rs"].iter().collect::<Vec<_>>(), ["r/x.rs"]);
 }

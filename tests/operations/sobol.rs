@@ -5,9 +5,10 @@
 
 use octray::Sampler;
 use octray::internal::lanes::{LANES, U32x8};
-use octray::internal::sampler::sobol::{GROUPS, sobol_words, sobol_words_x8};
+use octray::internal::sampler::sobol::{GROUPS, sobol_words};
 use octray::internal::sampler::{ALL_WORDS, CAMERA_BLOCK, LIGHT_WORDS, LOBE_WORDS, PIXEL_WORDS, ROULETTE_WORD};
 use octray::internal::sampler::{bsdf_block, light_block, sample_words, unit};
+use octray::internal::simd::native::numbers::sobol::sobol_words_x8;
 
 const SIGMAS: f64 = 5.0;
 

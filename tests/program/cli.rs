@@ -215,10 +215,7 @@ fn times_take_units() {
 fn help_and_version_go_to_standard_output() {
     let version = octray(&["--version"]);
     assert!(version.status.success());
-    assert_eq!(
-        stdout(&version),
-        format!("octray {} {}\n", env!("CARGO_PKG_VERSION"), octray::internal::lanes::simd_level())
-    );
+    assert_eq!(stdout(&version), format!("octray {} {}\n", env!("CARGO_PKG_VERSION"), octray::simd_level()));
     let help = stdout(&octray(&["render", "--help"]));
     for flag in ["--output", "--spp", "--time", "--strategy", "--lights", "--sampler", "--max-depth", "--rr-depth"] {
         assert!(help.contains(flag), "{flag}");
@@ -505,7 +502,7 @@ fn info_lists_tables_plan_and_what_is_left_out() {
     for json in [stdout(&printed), fs::read_to_string(path).unwrap()] {
         let info: serde_json::Value = serde_json::from_str(&json).unwrap();
         assert!(info["features"].is_object() && info["lights"].as_u64() > Some(0), "{json}");
-        assert!(info["triangles"].as_u64() > Some(10) && info["simd"] == octray::internal::lanes::simd_level());
+        assert!(info["triangles"].as_u64() > Some(10) && info["simd"] == octray::simd_level());
         assert!(info["tables"].as_array().unwrap().iter().all(|table| table["bytes"].as_u64() > Some(0)));
         assert!(
             info["plan"].as_array().unwrap().iter().all(|row| row["stage"].is_string() && row["variant"].is_string())

@@ -281,7 +281,7 @@ fn nothing_leaks_out_of_closed_meshes() {
 }
 
 fn packet(rays: &[Ray]) -> RayPacket {
-    queue(rays).packet(0)
+    RayPacket::load(&queue(rays), 0)
 }
 
 #[test]

@@ -5,8 +5,9 @@ use crate::clock::thread_cpu_seconds;
 use crate::lanes::{LANES, U32x8};
 use crate::packet::queues::{QueueNeeds, Slots};
 use crate::render::fill_slots;
-use crate::sampler::{ALL_WORDS, bsdf_block, sample_words, sample_words_x8};
+use crate::sampler::{ALL_WORDS, bsdf_block, sample_words};
 use crate::settings::{Crop, Engine, Sampler};
+use crate::simd::native::numbers::sample_words_x8;
 use std::hint::black_box;
 
 /// How the rows of this file begin.

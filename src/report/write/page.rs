@@ -82,7 +82,7 @@ impl Page<'_> {
         html! {
             p class="facts" {
                 (width) " × " (height) " pixels, " (runs) " runs, " (self.0.machine.cpu) ", " (threads)
-                (if threads == 1 { " thread" } else { " threads" }) ", " (crate::lanes::simd_level())
+                (if threads == 1 { " thread" } else { " threads" }) ", " (crate::simd::simd_level())
                 ", octray " (env!("CARGO_PKG_VERSION"))
             }
             @match self.0.state {

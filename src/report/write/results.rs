@@ -163,7 +163,7 @@ impl<'a> Results<'a> {
         };
         Results {
             version: env!("CARGO_PKG_VERSION"),
-            simd: crate::lanes::simd_level(),
+            simd: crate::simd::simd_level(),
             command: contents.command,
             machine: contents.machine,
             film: experiment.film(),

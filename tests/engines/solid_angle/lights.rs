@@ -5,16 +5,16 @@ use crate::common::Maker;
 use glam::{DVec3, Vec3};
 use octray::Lights;
 use octray::internal::lanes::{F32x8, Mask8, U32x8};
-use octray::internal::packet::lights::sample as light_x8;
-use octray::internal::packet::lights::tree::Receivers;
-use octray::internal::packet::lights::triangle::solid_angles;
-use octray::internal::packet::records::LightColumns;
-use octray::internal::packet::surface::surface_points;
 use octray::internal::reference::single;
 use octray::internal::reference::single::lights::tree::{Receiver, choose_light};
 use octray::internal::reference::single::lights::triangle::solid_angle;
 use octray::internal::reference::single::warp::sample_uniform_triangle;
 use octray::internal::sampler::random_words;
+use octray::internal::simd::native::kernels::lights::sample as light_x8;
+use octray::internal::simd::native::kernels::lights::tree::Receivers;
+use octray::internal::simd::native::kernels::lights::triangle::solid_angles;
+use octray::internal::simd::native::kernels::records::LightColumns;
+use octray::internal::simd::native::kernels::surface::surface_points;
 use octray::internal::tables::lights::table::{LightTable, Selection};
 
 /// A floor, and above it a large lamp that is near, a small far one, a steep one and one that shines on both sides.

@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 use octray::internal::lanes::{F32x8, LANES, Vec3x8};
-use octray::internal::packet::lights::triangle::solid_angles;
 use octray::internal::reference::single::lights::triangle::solid_angle;
 use octray::internal::reference::single::warp::sample_uniform_triangle;
 use octray::internal::sampler::{random_words, unit};
+use octray::internal::simd::native::kernels::lights::triangle::solid_angles;
 use std::f64::consts::TAU;
 
 pub type Triangle = [[f32; 3]; 3];

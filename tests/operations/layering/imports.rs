@@ -63,10 +63,10 @@ pub fn tree<'a>(text: &'a str, before: &[String], names: &mut Vec<Names>) -> &'a
     }
 }
 
-/// Everything that `code` names from `crate` or `super`, in `use` trees or anywhere else.
+/// Everything that `code` names from `crate`, `super` or `here` (the SIMD level it is compiled for), in `use` trees or anywhere else.
 pub fn named(code: &str) -> Vec<Names> {
     let mut names = Vec::new();
-    for start in ["crate::", "super::"] {
+    for start in ["crate::", "super::", "here::"] {
         for (at, _) in code.match_indices(start) {
             if !code[..at].ends_with(|c| is_name(c) || c == ':') {
                 tree(&code[at..], &[], &mut names);
@@ -89,10 +89,22 @@ pub fn offered(code: &str) -> (Vec<Names>, String) {
     (names, others + rest)
 }
 
+/// `place` as seen from `folder`, which ends in `/` or is empty.
+fn joined(folder: &str, place: &str) -> String {
+    let mut parts: Vec<&str> = folder.split('/').filter(|part| !part.is_empty()).collect();
+    for part in place.split('/') {
+        match part {
+            ".." => drop(parts.pop()),
+            part => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
 /// A source file.
 pub struct File {
     pub code: String,
-    /// The modules it is compiled as: of the scalar reference's files there are two each.
+    /// The modules it is compiled as: of the scalar reference's files, and of those compiled once a SIMD level, there are two each.
     pub modules: Vec<Names>,
     offers: Vec<Names>,
     /// Without what it offers of other files.
@@ -137,7 +149,7 @@ impl Sources {
             let below = if is_root { folder.clone() } else { format!("{}/", path.trim_end_matches(".rs")) };
             let usual = [format!("{below}{name}.rs"), format!("{below}{name}/mod.rs")];
             let child = match elsewhere.take() {
-                Some(place) => format!("{folder}{place}"),
+                Some(place) => joined(&folder, &place),
                 None => usual.iter().find(|p| texts.contains_key(*p)).expect("a declared file").clone(),
             };
             // `lib.rs` names the rooms that `internal.rs` declares as its own: `crate::bvh`.
@@ -153,6 +165,8 @@ impl Sources {
         match rest[0].as_str() {
             "crate" => (path, rest) = (vec!["crate".to_string()], &rest[1..]),
             "super" => {}
+            // The module of the SIMD level: `crate::simd::native`.
+            "here" => (path, rest) = (module.get(..3)?.to_vec(), &rest[1..]),
             // A child, as in `pub use child::Name`; anything else is another crate's.
             child => {
                 path.push(child.to_string());

@@ -1,0 +1,12 @@
+//! Light sampling, eight surface points at a time.
+
+use super::here;
+
+pub mod choose;
+pub mod environment;
+pub mod factors;
+pub mod learn;
+pub mod sample;
+pub mod tree;
+pub mod triangle;
+pub mod visibility;

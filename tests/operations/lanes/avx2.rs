@@ -1,0 +1,4 @@
+use octray::internal::simd::avx2::lanes;
+
+#[path = "operations.rs"]
+mod operations;

@@ -1,0 +1,4 @@
+use octray::internal::lanes;
+
+#[path = "operations.rs"]
+mod operations;
