@@ -11,7 +11,7 @@ use crate::lanes::{F32x8, Mask8, Vec3x8};
 pub(super) const WIDENING: f32 = 1.0 + 1.0 / (1 << 21) as f32;
 pub(super) const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
 /// Direction components are kept this far from 0: their inverses, times any coordinate up to 2^46, stay finite.
-const SMALLEST: f32 = 1.0 / (1u128 << 80) as f32;
+pub(super) const SMALLEST: f32 = 1.0 / (1u128 << 80) as f32;
 
 /// A single ray, ready for boxes: every lane the same.
 #[derive(Clone, Copy)]

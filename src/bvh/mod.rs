@@ -15,6 +15,7 @@ mod prefetch;
 mod query;
 pub mod ray;
 mod sah;
+mod sixteen;
 mod sort;
 mod triangle;
 mod walk_flat;

@@ -49,7 +49,7 @@ pub(super) struct Edges {
 }
 
 /// The part of the corners' squared distances below which a projected triangle is seen edge-on.
-const EDGE_ON: f32 = 1.0 / 64.0;
+pub(super) const EDGE_ON: f32 = 1.0 / 64.0;
 
 /// Where |det| of a hit is not below this times the ray's [`reach`], it does not see the triangle edge-on. `size` is the longest
 /// side of the triangle's box, `leaf` that of its leaf's, `extent` the scene's largest |coordinate|.

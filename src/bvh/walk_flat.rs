@@ -15,7 +15,7 @@ use crate::bvh::triangle::{Best, blocked_edge_on, dominant_axis8, edges, least_d
 use crate::lanes::{F32x8, LANES, Mask8, U32x8};
 
 /// The most corners in a leaf.
-const CORNERS: usize = 32;
+pub(super) const CORNERS: usize = 32;
 /// Working memory: the sheared corners of the leaf that is visited. It lies in the callers' scratch: clearing 3 KiB for each
 /// packet, which the compiler does for an array on the stack wherever it is written, took 10 % of the walk's instructions.
 #[derive(Clone)]
@@ -42,31 +42,31 @@ const MOST_COST: f32 = 6000.0;
 /// A leaf: its box, and where its corners and triangles are in the list.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
-struct Leaf {
+pub(super) struct Leaf {
     /// min x, max x, min y, max y, min z, max z.
-    bounds: [f32; LANES],
-    corners: std::ops::Range<u32>,
+    pub(super) bounds: [f32; LANES],
+    pub(super) corners: std::ops::Range<u32>,
     triangles: std::ops::Range<u32>,
     /// The largest of its triangles' least determinants.
-    least_det: f32,
+    pub(super) least_det: f32,
 }
 
 /// A triangle: which corners of its leaf it has.
 #[derive(Clone, Copy, Debug)]
-struct Triangle {
-    id: u32,
-    corners: [u8; 3],
+pub(super) struct Triangle {
+    pub(super) id: u32,
+    pub(super) corners: [u8; 3],
 }
 
 /// The triangles of a small scene, in leaves.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Flat {
-    leaves: Vec<Leaf>,
+    pub(super) leaves: Vec<Leaf>,
     /// x, y, z in the first three lanes.
-    corners: Vec<[f32; LANES]>,
+    pub(super) corners: Vec<[f32; LANES]>,
     triangles: Vec<Triangle>,
     /// By id, [`crate::bvh::triangle::least_det`].
-    least_det: Vec<f32>,
+    pub(super) least_det: Vec<f32>,
 }
 
 type Vertices = [[f32; 3]; 3];
@@ -189,7 +189,7 @@ impl Flat {
     }
 
     /// The corners of triangle `id`, scene units.
-    fn vertices(&self, id: u32) -> Option<Vertices> {
+    pub(super) fn vertices(&self, id: u32) -> Option<Vertices> {
         self.leaves.iter().find_map(|leaf| {
             let triangle = leaf.triangles(self).iter().find(|triangle| triangle.id == id)?;
             Some(triangle.vertices(self, leaf))
@@ -260,14 +260,14 @@ impl Rays {
 
 impl Leaf {
     #[inline(always)]
-    fn triangles<'a>(&self, flat: &'a Flat) -> &'a [Triangle] {
+    pub(super) fn triangles<'a>(&self, flat: &'a Flat) -> &'a [Triangle] {
         &flat.triangles[self.triangles.start as usize..self.triangles.end as usize]
     }
 }
 
 impl Triangle {
     /// Its corners, scene units.
-    fn vertices(&self, flat: &Flat, leaf: &Leaf) -> Vertices {
+    pub(super) fn vertices(&self, flat: &Flat, leaf: &Leaf) -> Vertices {
         self.corners.map(|corner| {
             let [x, y, z, ..] = flat.corners[leaf.corners.start as usize + corner as usize];
             [x, y, z]
