@@ -1,11 +1,11 @@
 //! Building the tree, looking at it, checking it.
 
 use crate::bvh::collapse;
-use crate::bvh::edge_on::{least_det, size_of};
 use crate::bvh::flat::Flat;
 use crate::bvh::huge::Table;
 use crate::bvh::node::{Child, LeafBlock, NO_TRIANGLE, Node, Tables};
 use crate::bvh::precise::{HUGE, PRECISE, classify};
+use crate::bvh::rounding::{least_det, size_of};
 use crate::bvh::sah;
 use crate::bvh::sah::PrimBox;
 use crate::lanes::LANES;

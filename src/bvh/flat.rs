@@ -1,6 +1,6 @@
 //! The list of leaves that the smallest scenes are walked by instead of a tree.
 
-use crate::bvh::edge_on::{least_det, size_of};
+use crate::bvh::rounding::{least_det, size_of};
 use crate::lanes::LANES;
 
 /// The most corners in a leaf.

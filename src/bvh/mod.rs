@@ -8,7 +8,6 @@
 
 mod build;
 mod collapse;
-pub mod edge_on;
 pub mod flat;
 mod huge;
 pub mod node;
@@ -17,7 +16,9 @@ pub mod prefetch;
 mod query;
 pub mod question;
 pub mod ray;
+pub mod rounding;
 mod sah;
+mod sixteen;
 
 pub use crate::simd::native::walks::packets::{HitPacket, RayPacket};
 pub use build::{BuildOptions, Bvh};

@@ -18,11 +18,11 @@ pub enum RayKind {
 pub enum Walk {
     /// One ray after the other.
     Single,
-    /// Eight rays together.
+    /// Eight rays together, sixteen with AVX-512.
     Packet,
     /// Many single rays in flight.
     Stream,
-    /// Eight rays together through a list of all leaves; trees too big for a list are walked by packets.
+    /// As many together through a list of all leaves; trees too big for a list are walked by packets.
     Flat,
 }
 

@@ -15,7 +15,7 @@ pub struct WalkCounters {
     pub rays: u64,
     /// Rays that took part in the steps (nodes, leaves) of packet walks.
     pub lanes_used: u64,
-    /// Rays that could have: eight times the steps.
+    /// Rays that could have: eight or sixteen times the steps, as many as a walk follows together.
     pub lanes_possible: u64,
 }
 

@@ -3,6 +3,8 @@
 //! **Law:** only where [`crate::simd::SimdLevel::used`] is AVX2 or more is anything here called.
 // Compiling the same files more than once, with other lanes, is the point of this folder.
 #![allow(clippy::duplicate_mod)]
+// A closure may be marked `#[inline(always)]` where it is an argument, a function that stands for it may not.
+#![allow(clippy::redundant_closure)]
 // Some things only the native copy is asked for.
 #![allow(dead_code)]
 

@@ -16,8 +16,8 @@ pub mod avx2;
 
 pub use level::{COMPILED, SimdLevel, VARIABLE, simd_level};
 
-/// Calls `native::path(arguments..)`, or `avx2`'s, whichever level is used; with a `scratch`, `&mut scratch.native` or
-/// `&mut scratch.avx2` is the last argument. In a build for AVX2 the two levels are one.
+/// Calls `native::path(arguments..)`, or `avx2`'s, whichever level is used; with a `scratch`, at its level, and
+/// `&mut scratch.native` or `&mut scratch.avx2` is the last argument. In a build for AVX2 the two levels are one.
 macro_rules! by_level {
     ($($path:ident)::+ ($($argument:expr),*)) => {
         match $crate::simd::SimdLevel::used() {
@@ -29,7 +29,7 @@ macro_rules! by_level {
         }
     };
     ($scratch:expr, $($path:ident)::+ ($($argument:expr),*)) => {
-        match $crate::simd::SimdLevel::used() {
+        match $scratch.level() {
             #[cfg(all(target_arch = "x86_64", not(target_feature = "avx2")))]
             $crate::simd::SimdLevel::Avx2 | $crate::simd::SimdLevel::Avx512 => {
                 $crate::simd::avx2::$($path)::+($($argument,)* &mut $scratch.avx2)

@@ -1,6 +1,8 @@
 //! The engine as this build was compiled.
 // Compiling the same files more than once, with other lanes, is the point of this folder.
 #![allow(clippy::duplicate_mod)]
+// A closure may be marked `#[inline(always)]` where it is an argument, a function that stands for it may not.
+#![allow(clippy::redundant_closure)]
 
 use crate::simd::native as here;
 

@@ -1,7 +1,9 @@
 //! Every walk against brute force, bit for bit.
 
+mod levels;
 mod scenes;
 
+use levels::{levels, ways};
 use octray::internal::bvh::ray::NO_HIT;
 use octray::internal::bvh::{
     BuildOptions, Bvh, HitQueue, RayKind, RayPacket, RayQueue, Scratch, Segments, WalkCounters,
@@ -30,19 +32,22 @@ fn bits(hit: Hit) -> (u32, u32, u32, u32) {
 /// Every walk, queue and stream call, closest and any hit, must say what `expected` says.
 fn check_walks(name: &str, bvh: &Bvh, rays: &[Ray], expected: &[Hit]) {
     let queue = queue(rays);
-    let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());
+    let mut counters = WalkCounters::default();
     let mut answers: Vec<(String, HitQueue, Vec<u8>)> = vec![];
-    for walk in bvh.walks() {
-        let (mut hits, mut blocked) = (HitQueue::with_len(rays.len()), vec![]);
-        bvh.intersect_by(walk, &queue, 0..rays.len(), &mut hits, &mut scratch, &mut counters);
-        bvh.occluded_by(walk, &queue, 0..rays.len(), &mut blocked, &mut scratch, &mut counters);
-        answers.push((format!("{walk:?}"), hits, blocked));
-    }
-    for kind in [RayKind::Camera, RayKind::Shadow, RayKind::Bounce] {
-        let (mut hits, mut blocked) = (HitQueue::with_len(rays.len()), vec![]);
-        bvh.intersect_queue(kind, &queue, 0..rays.len(), &mut hits, &mut scratch, &mut counters);
-        bvh.occluded_queue(kind, &queue, 0..rays.len(), &mut blocked, &mut scratch, &mut counters);
-        answers.push((format!("{kind:?}"), hits, blocked));
+    for level in levels() {
+        let mut scratch = Scratch::at(level);
+        for walk in bvh.walks() {
+            let (mut hits, mut blocked) = (HitQueue::with_len(rays.len()), vec![]);
+            bvh.intersect_by(walk, &queue, 0..rays.len(), &mut hits, &mut scratch, &mut counters);
+            bvh.occluded_by(walk, &queue, 0..rays.len(), &mut blocked, &mut scratch, &mut counters);
+            answers.push((format!("{walk:?}, {level}"), hits, blocked));
+        }
+        for kind in [RayKind::Camera, RayKind::Shadow, RayKind::Bounce] {
+            let (mut hits, mut blocked) = (HitQueue::with_len(rays.len()), vec![]);
+            bvh.intersect_queue(kind, &queue, 0..rays.len(), &mut hits, &mut scratch, &mut counters);
+            bvh.occluded_queue(kind, &queue, 0..rays.len(), &mut blocked, &mut scratch, &mut counters);
+            answers.push((format!("{kind:?}, {level}"), hits, blocked));
+        }
     }
     let (mut hits, mut blocked) = (HitQueue::default(), vec![]);
     bvh.intersect_stream(&queue, rays.len(), &mut hits);
@@ -141,8 +146,8 @@ fn aimed_rays_are_blocked_by_what_comes_first() {
         }
         let queue = queue(&list);
         before.resize(queue.len() + 8, 0);
-        let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());
-        for walk in bvh.walks() {
+        let mut counters = WalkCounters::default();
+        for (walk, mut scratch) in ways(&bvh) {
             let (mut blocked, aimed) = (vec![], Segments::aimed(&queue, &before));
             bvh.occluded_by(walk, aimed, 0..list.len(), &mut blocked, &mut scratch, &mut counters);
             let wrong = (0..list.len()).filter(|&i| (blocked[i / 8] >> (i % 8) & 1 == 1) != expected[i]).count();
@@ -263,9 +268,9 @@ fn nothing_leaks_out_of_closed_meshes() {
         }
         let queue = queue(&list);
         let mut first: Option<HitQueue> = None;
-        for walk in bvh.walks() {
+        for (walk, mut scratch) in ways(&bvh) {
             let (mut hits, mut blocked) = (HitQueue::with_len(list.len()), vec![]);
-            let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());
+            let mut counters = WalkCounters::default();
             bvh.intersect_by(walk, &queue, 0..list.len(), &mut hits, &mut scratch, &mut counters);
             bvh.occluded_by(walk, &queue, 0..list.len(), &mut blocked, &mut scratch, &mut counters);
             for i in 0..list.len() {
@@ -335,9 +340,9 @@ fn rays_of_nonsense_end_and_spoil_no_neighbour() {
         }
         let queue = queue(&list);
         let expected: Vec<Hit> = list.iter().map(|ray| scene.brute_force(&bvh, ray)).collect();
-        for walk in bvh.walks() {
+        for (walk, mut scratch) in ways(&bvh) {
             let (mut hits, mut blocked) = (HitQueue::with_len(list.len()), vec![]);
-            let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());
+            let mut counters = WalkCounters::default();
             bvh.intersect_by(walk, &queue, 0..list.len(), &mut hits, &mut scratch, &mut counters);
             bvh.occluded_by(walk, &queue, 0..list.len(), &mut blocked, &mut scratch, &mut counters);
             for (i, ray) in list.iter().enumerate() {
@@ -387,8 +392,8 @@ fn ranges_of_queues_touch_only_their_rows() {
     let bvh = scene.bvh();
     let list = rays(&scene, 1_000, 17);
     let queue = queue(&list);
-    let (mut scratch, mut counters) = (Scratch::default(), WalkCounters::default());
-    for walk in bvh.walks() {
+    let mut counters = WalkCounters::default();
+    for (walk, mut scratch) in ways(&bvh) {
         let mut whole = HitQueue::with_len(list.len());
         let mut blocked = vec![];
         bvh.intersect_by(walk, &queue, 0..list.len(), &mut whole, &mut scratch, &mut counters);

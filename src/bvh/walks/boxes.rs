@@ -6,13 +6,8 @@
 //! Traversal"). The absolute term matters for rays that lie in a face of a box, where every relative widening is of 0.
 
 use super::here;
+use crate::bvh::rounding::{ROUNDING, SMALLEST, WIDENING};
 use here::lanes::{Each, F32x8, Mask8, Vec3x8};
-
-/// What the closest hit is widened by before a box may be culled against it.
-pub(super) const WIDENING: f32 = 1.0 + 1.0 / (1 << 21) as f32;
-pub(super) const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
-/// Direction components are kept this far from 0: their inverses, times any coordinate up to 2^46, stay finite.
-const SMALLEST: f32 = 1.0 / (1u128 << 80) as f32;
 
 /// A single ray, ready for boxes: every lane the same.
 #[derive(Clone, Copy)]

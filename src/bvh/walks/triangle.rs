@@ -32,10 +32,10 @@
 //! larger by all of it, 2^-12 of their triangles, took 5 % longer, since every ray then enters the box it leaves.)
 
 use super::here;
-use crate::bvh::edge_on::EDGE_ON;
 use crate::bvh::node::LeafBlock;
 use crate::bvh::precise::{PreciseHit, PreciseRay};
 use crate::bvh::ray::{NO_HIT, PERMUTATION, dominant_axis};
+use crate::bvh::rounding::EDGE_ON;
 use here::lanes::{Each, F32x8, Mask8, U32x8, Vec3x8};
 use here::walks::packets::{HitPacket, RayPacket};
 
@@ -92,14 +92,6 @@ impl Edges {
         // Not `ge`: what overflowed to NaN is near.
         !least.max(-most).lt(-(moved * sum))
     }
-}
-
-/// How far rounding and a precise test's shared edges may move corners, for rays from `origin` in a scene that reaches to
-/// `extent`: 16 half-ulps of their distances.
-#[inline(always)]
-pub(super) fn most_moved(origin: [f32; 3], extent: f32) -> f32 {
-    let [x, y, z] = origin.map(f32::abs);
-    (crate::math::max(crate::math::max(x, y), z) + extent) * (1.0 / (1 << 19) as f32)
 }
 
 /// A corner, relative to the origin and as `[kx, ky, kz]`, in the ray's sheared space.

@@ -12,8 +12,9 @@ use super::here;
 use crate::bvh::flat::{CORNERS, Flat, Leaf, Triangle};
 use crate::bvh::precise::PreciseRay;
 use crate::bvh::ray::{ANY_ID, NO_HIT, WalkCounters};
+use crate::bvh::rounding::{ROUNDING, WIDENING};
 use here::lanes::{Each, F32x8, LANES, Mask8, U32x8};
-use here::walks::boxes::{ROUNDING, WIDENING, safe_inverse8};
+use here::walks::boxes::safe_inverse8;
 use here::walks::packets::{HitPacket, RayPacket};
 use here::walks::triangle::{Best, blocked_edge_on, dominant_axis8, edges, reach8, sheared};
 

@@ -4,10 +4,12 @@ use super::here;
 use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf, triangles_in};
 use crate::bvh::precise::PRECISE;
 use crate::bvh::ray::WalkCounters;
+use crate::bvh::rounding::WIDENING;
+use crate::bvh::rounding::most_moved;
 use here::lanes::{F32x8, LANES, Mask8, U32x8};
-use here::walks::boxes::{EightRaysBoxes, Interval, WIDENING};
+use here::walks::boxes::{EightRaysBoxes, Interval};
 use here::walks::packets::{HitPacket, RayPacket};
-use here::walks::triangle::{Best, EightRays, blocked_edge_on, blocked_precisely, most_moved, reach8};
+use here::walks::triangle::{Best, EightRays, blocked_edge_on, blocked_precisely, reach8};
 
 /// Nodes and leaves still to be visited, with every lane's distance: NaN where its ray misses the box, so that it is below
 /// nothing, not even below the infinite `t` of a ray that has hit nothing.

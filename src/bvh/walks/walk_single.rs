@@ -4,10 +4,12 @@ use super::here;
 use crate::bvh::node::{LeafBlock, Tables, block_of, holds_precise, is_leaf};
 use crate::bvh::precise::{PRECISE, PreciseHit, PreciseRay};
 use crate::bvh::ray::{Hit, Ray};
+use crate::bvh::rounding::WIDENING;
+use crate::bvh::rounding::most_moved;
 use here::lanes::{Each, F32x8, LANES, Mask8, U32x8};
-use here::walks::boxes::{OneRayBoxes, WIDENING};
+use here::walks::boxes::OneRayBoxes;
 use here::walks::sort::sort_children;
-use here::walks::triangle::{Edges, OneRay, most_moved, reach};
+use here::walks::triangle::{Edges, OneRay, reach};
 
 /// Nodes and leaves still to be visited, with their distances.
 #[derive(Clone, Debug, Default)]

@@ -9,11 +9,13 @@ use super::here;
 use crate::bvh::node::{LEAF_BIT, LeafBlock, Node, Tables, block_of, holds_precise};
 use crate::bvh::prefetch::prefetch;
 use crate::bvh::ray::{NO_HIT, PERMUTATION, Ray};
+use crate::bvh::rounding::most_moved;
+use crate::bvh::rounding::{ROUNDING, WIDENING};
 use here::lanes::{F32x8, LANES, Mask8, U32x8};
-use here::walks::boxes::{ROUNDING, WIDENING, safe_inverse8};
+use here::walks::boxes::safe_inverse8;
 use here::walks::packets::{HitPacket, RayPacket};
 use here::walks::sort::sort_children;
-use here::walks::triangle::{Edges, dominant_axis8, edges, most_moved, reach, sheared};
+use here::walks::triangle::{Edges, dominant_axis8, edges, reach, sheared};
 use here::walks::walk_single::for_each_precise;
 
 /// Rays in flight: 16 to 32 measured alike, 8 and 64 lose.

@@ -1,5 +1,11 @@
-//! How small the determinants of triangles may be that no ray sees edge-on: worked out when the tree is built.
+//! What all walks allow for rounding: how far boxes are widened, which triangles count as seen edge-on.
 
+/// What the closest hit is widened by before a box may be culled against it.
+pub(crate) const WIDENING: f32 = 1.0 + 1.0 / (1 << 21) as f32;
+/// What the rounding of a slab is bounded by, of all its terms ([`crate::bvh::walks::boxes`]).
+pub(crate) const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
+/// Direction components are kept this far from 0: their inverses, times any coordinate up to 2^46, stay finite.
+pub(crate) const SMALLEST: f32 = 1.0 / (1u128 << 80) as f32;
 /// The part of the corners' squared distances below which a projected triangle is seen edge-on.
 pub(crate) const EDGE_ON: f32 = 1.0 / 64.0;
 
@@ -23,4 +29,12 @@ pub(crate) fn size_of(corners: impl IntoIterator<Item = [f32; 3]>) -> f32 {
         }
     }
     bounds.map(|[low, high]| high - low).into_iter().fold(0.0, f32::max)
+}
+
+/// How far rounding and a precise test's shared edges may move corners, for rays from `origin` in a scene that reaches to
+/// `extent`: 16 half-ulps of their distances.
+#[inline(always)]
+pub(crate) fn most_moved(origin: [f32; 3], extent: f32) -> f32 {
+    let [x, y, z] = origin.map(f32::abs);
+    (crate::math::max(crate::math::max(x, y), z) + extent) * (1.0 / (1 << 19) as f32)
 }
