@@ -195,7 +195,8 @@ impl Cut {
 }
 
 /// Moves what lies left of a border to the front of `to`, the rest behind it, both in their order, without a branch; the bounds of
-/// the centres on both sides. A function of its own, so that the bounds stay in registers: inlined, the tree took a tenth longer.
+/// the centres on both sides. A function of its own: inlined, the bounds are
+/// spilled from registers.
 #[inline(never)]
 fn partition(from: &[PrimBox], to: &mut [PrimBox], grid: &Grid, border: &Border, bins: usize) -> [F32x8; 2] {
     let cut = Cut::new(grid, border, bins);
