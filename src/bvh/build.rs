@@ -1,15 +1,13 @@
 //! Building the tree, looking at it, checking it.
 
-use crate::bvh::collapse;
+use crate::bvh::collapse::{Shape, Wide, collapse};
 use crate::bvh::flat::Flat;
 use crate::bvh::huge::Table;
 use crate::bvh::node::{Child, LeafBlock, NO_TRIANGLE, Node, Tables};
 use crate::bvh::precise::{HUGE, PRECISE, classify};
-use crate::bvh::rounding::{least_det, size_of};
-use crate::bvh::sah;
-use crate::bvh::sah::PrimBox;
+use crate::bvh::{prims, reinsert, sah, threads};
 use crate::lanes::LANES;
-use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::bvh2::Bvh2;
 
 /// The tree over a scene's triangles.
 #[derive(Debug)]
@@ -25,7 +23,7 @@ pub struct Bvh {
     classes: Vec<u8>,
     /// By leaf block, the lanes that are not common; empty if all are.
     precise: Vec<u8>,
-    /// Per leaf block, below what determinants rays may see a triangle of it edge-on ([`crate::bvh::triangle`]).
+    /// Per leaf block, below what determinants rays may see a triangle of it edge-on ([`crate::bvh::rounding`]).
     least_det: Vec<f32>,
 }
 
@@ -34,55 +32,30 @@ pub struct Bvh {
 pub struct BuildOptions {
     /// The most triangles in a leaf, 1 to 8. Packets pay for every triangle, one-ray walks for every block.
     pub leaf_size: usize,
+    /// Threads that build, 0 for one a core. They change no bit.
+    pub threads: usize,
 }
 
 /// Scenes of up to this many triangles are walked by packets only, which like small leaves.
 const SMALL_SCENE: usize = 1 << 10;
 
+/// The binary tree of larger scenes has leaves of two triangles.
+const SOURCE_LEAF: usize = 2;
+
 /// Scenes of up to this many triangles are also kept as a list, if that is fast.
 const FLAT_SCENE: usize = 1280;
-
-/// The share of nodes that obvhs tries to put elsewhere in each of its rounds.
-const REINSERTION: f32 = 0.1;
-
-/// Moves subtrees to where they cost less, with obvhs (Meister and Bittner 2018, "Parallel Reinsertion for Bounding Volume
-/// Hierarchy Optimization"). Large triangles among small ones, walls around a mesh, lie too high or too low in a tree cut
-/// from the top: streams gained 15 to 35 % in a room with 80,000 triangles, 0 to 17 % with 1.2 million.
-fn optimise(tree: &mut Bvh2) {
-    // Its areas must be numbers.
-    if tree.nodes.len() < 4 || !tree.nodes[0].aabb().half_area().is_finite() {
-        return;
-    }
-    ReinsertionOptimizer::default().run(tree, REINSERTION, None);
-    tree.reorder_in_stack_traversal_order();
-    // What moved may lie deeper; obvhs's own traversal wants to know, without its recursive count.
-    let mut depths = vec![1; tree.nodes.len()];
-    for (index, node) in tree.nodes.iter().enumerate().filter(|(_, node)| !node.is_leaf()) {
-        let first = node.first_index as usize;
-        let depth = depths[index] + 1;
-        depths[first..first + 2].fill(depth);
-    }
-    tree.max_depth = depths.into_iter().max().unwrap_or(1) + 1;
-}
 
 impl BuildOptions {
     /// What measured best for a scene of `triangles` triangles.
     pub fn for_scene(triangles: usize) -> Self {
-        Self { leaf_size: if triangles <= SMALL_SCENE { 4 } else { LANES } }
+        Self { leaf_size: if triangles <= SMALL_SCENE { 4 } else { LANES }, threads: 0 }
     }
-}
-
-/// The largest least determinant in a block.
-fn least_det_of(block: &LeafBlock, extent: f32) -> f32 {
-    let lanes = || (0..LANES).filter(|&lane| block.ids[lane] != NO_TRIANGLE).map(|lane| block.corners(lane));
-    let leaf = size_of(lanes().flatten());
-    lanes().map(|corners| least_det(size_of(corners), leaf, extent)).fold(0.0, f32::max)
 }
 
 impl Bvh {
     /// The tree over those triangles whose id (their index in `triangles`) is to be included; triangles without area need
     /// not be. Positions must be finite.
-    pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]], include: impl Fn(u32) -> bool) -> Self {
+    pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]], include: impl Fn(u32) -> bool + Sync) -> Self {
         Self::build_with(positions, triangles, include, BuildOptions::for_scene(triangles.len()))
     }
 
@@ -90,7 +63,7 @@ impl Bvh {
     pub fn build_lit(
         positions: &[[f32; 3]],
         triangles: &[[u32; 3]],
-        include: impl Fn(u32) -> bool,
+        include: impl Fn(u32) -> bool + Sync,
         emits: impl Fn(u32) -> bool,
     ) -> Self {
         Self::build_from(positions, triangles, include, emits, BuildOptions::for_scene(triangles.len()))
@@ -100,7 +73,7 @@ impl Bvh {
     pub fn build_with(
         positions: &[[f32; 3]],
         triangles: &[[u32; 3]],
-        include: impl Fn(u32) -> bool,
+        include: impl Fn(u32) -> bool + Sync,
         options: BuildOptions,
     ) -> Self {
         Self::build_from(positions, triangles, include, |_| false, options)
@@ -109,43 +82,51 @@ impl Bvh {
     fn build_from(
         positions: &[[f32; 3]],
         triangles: &[[u32; 3]],
-        include: impl Fn(u32) -> bool,
+        include: impl Fn(u32) -> bool + Sync,
         emits: impl Fn(u32) -> bool,
         options: BuildOptions,
     ) -> Self {
         let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
-        let source = Self::source_tree(positions, triangles, include);
-        let classes = classify(&source, positions, triangles, emits);
-        let precise = |id: u32| classes.get(id as usize).is_some_and(|class| class & PRECISE != 0);
-        let wide = collapse::collapse(&source, options.leaf_size.clamp(1, LANES), vertices, precise);
+        let (leaf_size, threads) =
+            (options.leaf_size.clamp(1, LANES), threads::count(options.threads, triangles.len()));
+        let source = Self::source_tree_with(positions, triangles, include, BuildOptions { leaf_size, threads });
+        let classes = classify(&source, positions, triangles, emits, threads);
         let extent = source.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());
-        let bit = |lane: usize, id: u32| (precise(id) as u8) << lane;
-        let lanes_of = |block: &LeafBlock| (0..LANES).map(|lane| bit(lane, block.ids[lane])).fold(0, |a, b| a | b);
-        let any = classes.iter().any(|&class| class & PRECISE != 0);
-        let lanes = if !any { Vec::new() } else { wide.leaves.iter().map(lanes_of).collect() };
-        let (mut nodes, mut leaves) = (Table::zeroed(wide.nodes.len()), Table::zeroed(wide.leaves.len()));
-        nodes.rows_mut().copy_from_slice(&wide.nodes);
-        leaves.rows_mut().copy_from_slice(&wide.leaves);
+        let precise = |id: u32| classes.get(id as usize).is_some_and(|class| class & PRECISE != 0);
+        let any_precise = classes.iter().any(|&class| class & PRECISE != 0);
+        let wide = collapse(&source, leaf_size, &Shape { vertices, precise, any_precise, extent }, threads);
         let triangles = source.primitive_indices.len();
-        let flat = (triangles <= FLAT_SCENE && lanes.is_empty()).then(|| {
+        let flat = (triangles <= FLAT_SCENE && !any_precise).then(|| {
             let mut ids = source.primitive_indices.clone();
             ids.sort_unstable_by(|a, b| b.cmp(a));
             Flat::new(&ids.into_iter().map(|id| (id, vertices(id))).collect::<Vec<_>>(), extent)
         });
-        let flat = flat.flatten();
-        let least_det = wide.leaves.iter().map(|block| least_det_of(block, extent)).collect();
-        Self { nodes, leaves, triangles, depth: wide.depth, extent, flat, classes, precise: lanes, least_det }
+        let Wide { nodes, leaves, least_det, precise, depth } = wide;
+        Self { nodes, leaves, triangles, depth, extent, flat: flat.flatten(), classes, precise, least_det }
     }
 
-    /// The binary tree that [`Bvh::build`] collapses, one triangle a leaf.
-    pub fn source_tree(positions: &[[f32; 3]], triangles: &[[u32; 3]], include: impl Fn(u32) -> bool) -> Bvh2 {
+    /// The binary tree that [`Bvh::build`] collapses.
+    pub fn source_tree(positions: &[[f32; 3]], triangles: &[[u32; 3]], include: impl Fn(u32) -> bool + Sync) -> Bvh2 {
+        let options = BuildOptions::for_scene(triangles.len());
+        let threads = threads::count(options.threads, triangles.len());
+        Self::source_tree_with(positions, triangles, include, BuildOptions { threads, ..options })
+    }
+
+    fn source_tree_with(
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        include: impl Fn(u32) -> bool + Sync,
+        BuildOptions { leaf_size, threads }: BuildOptions,
+    ) -> Bvh2 {
         assert!(triangles.len() < 1 << 31, "triangle ids are below 2^31");
-        let mut prims: Vec<PrimBox> = (0..triangles.len() as u32)
-            .filter(|&id| include(id))
-            .map(|id| PrimBox::new(triangles[id as usize].map(|vertex| positions[vertex as usize]), id))
-            .collect();
-        let mut tree = sah::build(&mut prims);
-        optimise(&mut tree);
+        let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
+        let (mut prims, known) = prims::gather(triangles.len(), threads, vertices, include);
+        let source_leaf = if triangles.len() <= SMALL_SCENE { 1 } else { SOURCE_LEAF.min(leaf_size) };
+        let mut tree = sah::build(prims.rows_mut(), known, source_leaf, threads);
+        if !tree.nodes.is_empty() {
+            reinsert::optimise(&mut tree, threads);
+            reinsert::lay_out(&mut tree);
+        }
         tree
     }
 

@@ -9,16 +9,21 @@
 mod build;
 mod collapse;
 pub mod flat;
-mod huge;
+pub(crate) mod huge;
 pub mod node;
+mod plan;
 pub mod precise;
 pub mod prefetch;
+mod prims;
 mod query;
 pub mod question;
 pub mod ray;
+mod reinsert;
 pub mod rounding;
 mod sah;
 mod sixteen;
+mod split;
+pub(crate) mod threads;
 
 pub use crate::simd::native::walks::packets::{HitPacket, RayPacket};
 pub use build::{BuildOptions, Bvh};

@@ -132,7 +132,7 @@ pub(crate) struct Tables<'a> {
     pub(crate) classes: &'a [u8],
     /// Per leaf block, its lanes that hold precise triangles; empty if all are common.
     pub(crate) precise: &'a [u8],
-    /// Per leaf block, the largest [`crate::bvh::triangle::least_det`] of its triangles.
+    /// Per leaf block, the largest [`crate::bvh::rounding::least_det`] of its triangles.
     pub(crate) least_det: &'a [f32],
     /// The largest |coordinate|.
     pub(crate) extent: f32,

@@ -11,6 +11,7 @@
 //! precise test takes the edge to lie as far out as the common test may see it.
 
 use crate::bvh::ray::{PERMUTATION, dominant_axis};
+use crate::bvh::threads;
 use glam::DVec3;
 use obvhs::bvh2::Bvh2;
 
@@ -57,25 +58,31 @@ pub(super) fn classify(
     positions: &[[f32; 3]],
     triangles: &[[u32; 3]],
     emits: impl Fn(u32) -> bool,
+    threads: usize,
 ) -> Vec<u8> {
     let ids = &tree.primitive_indices;
     let vertices = |id: u32| triangles[id as usize].map(|vertex| positions[vertex as usize]);
     let mut classes = Vec::new();
-    ids.iter().filter(|&&id| aspect(vertices(id)) > SLIVER_ASPECT).for_each(|&id| mark(&mut classes, id, PRECISE));
+    let (longest, slivers) = shapes(ids, vertices, threads);
+    slivers.into_iter().for_each(|id| mark(&mut classes, id, PRECISE));
     if !classes.is_empty() {
         classes.resize(triangles.len(), 0);
         mark_thin_boxes(&mut classes, tree, &vertices);
     }
-    let longest: Vec<f32> = ids.iter().map(|&id| longest_edge(vertices(id))).collect();
     let (least, most) = longest.iter().fold((f32::INFINITY, 0.0f32), |(a, b), &size| (a.min(size), b.max(size)));
     if most > PRECISE_LAMP_RATIO * least {
         let objects = object_sizes(ids, positions, triangles);
         let of_lamp = |(&id, &size): (&u32, &f32)| if emits(id) { size } else { f32::INFINITY };
         let lamps: Vec<f32> = ids.iter().zip(&objects).map(of_lamp).collect();
-        let [objects, lamps] = [objects, lamps].map(|sizes| smallest_below(tree, &sizes));
+        let [objects, lamps] =
+            [objects, lamps].map(|sizes| Sizes::new(tree, sizes, most / HUGE_RATIO.min(PRECISE_LAMP_RATIO)));
         for (&id, &size) in ids.iter().zip(&longest) {
+            // Of most triangles nothing is small enough.
+            if objects.least() >= size / HUGE_RATIO && lamps.least() >= size / PRECISE_LAMP_RATIO {
+                continue;
+            }
             let place = bounds(vertices(id), size * ON_IT);
-            let carries = |smallest: &[f32], ratio: f32| lies_on(tree, smallest, place, size / ratio);
+            let carries = |sizes: &Sizes, ratio: f32| sizes.any_on(tree, vertices, place, size / ratio);
             if carries(&objects, PRECISE_RATIO) || carries(&lamps, PRECISE_LAMP_RATIO) {
                 mark(&mut classes, id, PRECISE | HUGE);
             } else if carries(&objects, HUGE_RATIO) {
@@ -86,7 +93,7 @@ pub(super) fn classify(
     let extent = tree.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());
     for &id in ids.iter().filter(|&&id| emits(id)) {
         let place = bounds(vertices(id), extent * AT_A_LAMP);
-        for_each_in(tree, place, |other| {
+        for_each_in(tree, &vertices, place, |other| {
             let known = [id, other].iter().all(|&id| class_of(&classes, id) & PRECISE != 0);
             if other != id && !known && covers(vertices(id), vertices(other), extent) {
                 mark(&mut classes, id, PRECISE);
@@ -149,6 +156,32 @@ fn covers(a: [[f32; 3]; 3], b: [[f32; 3]; 3], extent: f32) -> bool {
     })
 }
 
+/// Triangles that a thread looks at, at a time.
+const CHUNK: usize = 1 << 14;
+
+/// The [`longest_edge`] of every triangle of `ids`, and the slivers among them.
+fn shapes(ids: &[u32], vertices: impl Fn(u32) -> [[f32; 3]; 3] + Sync, threads: usize) -> (Vec<f32>, Vec<u32>) {
+    /// Below the square of this aspect, in f64, a triangle is no sliver, however roots and quotients are rounded.
+    const SURELY_NONE: f64 = (SLIVER_ASPECT - 1.0) * (SLIVER_ASPECT - 1.0);
+    let chunk = |ids: &[u32]| {
+        let (mut longest, mut slivers) = (Vec::with_capacity(ids.len()), Vec::new());
+        for &id in ids {
+            let [a, b, c] = vertices(id).map(|v| DVec3::from(v.map(f64::from)));
+            let square = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+            let is_common = square * square < SURELY_NONE * (b - a).cross(c - a).length_squared();
+            if !is_common && aspect(vertices(id)) > SLIVER_ASPECT {
+                slivers.push(id);
+            }
+            // The root of the largest square is the largest root: roots keep the order, rounded or not.
+            longest.push(square.sqrt() as f32);
+        }
+        (longest, slivers)
+    };
+    let parts = threads::map(threads, ids.chunks(CHUNK).collect(), chunk);
+    let (longest, slivers): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+    (longest.concat(), slivers.concat())
+}
+
 /// Per triangle of `ids`, the size of the object it belongs to: the longest side of the box about all triangles that hang
 /// together by common corners.
 fn object_sizes(ids: &[u32], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<f32> {
@@ -160,22 +193,26 @@ fn object_sizes(ids: &[u32], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> 
         }
         vertex
     }
-    for &id in ids {
-        let [a, b, c] = triangles[id as usize].map(|vertex| root(&mut parent, vertex));
+    // As the triangles come in the file: their corners are next to each other there.
+    let mut looked_at = vec![false; triangles.len()];
+    ids.iter().for_each(|&id| looked_at[id as usize] = true);
+    for (corners, _) in triangles.iter().zip(&looked_at).filter(|(_, looked_at)| **looked_at) {
+        let [a, b, c] = corners.map(|vertex| root(&mut parent, vertex));
         let least = a.min(b).min(c);
         [a, b, c].into_iter().for_each(|vertex| parent[vertex as usize] = least);
     }
+    // Parents come before their children, so that those of the ones before are roots already.
     let mut boxes = vec![[[f32::INFINITY, f32::NEG_INFINITY]; 3]; positions.len()];
-    for &id in ids {
-        let own = &mut boxes[root(&mut parent, triangles[id as usize][0]) as usize];
-        for corner in triangles[id as usize].map(|vertex| positions[vertex as usize]) {
-            for axis in 0..3 {
-                own[axis] = [own[axis][0].min(corner[axis]), own[axis][1].max(corner[axis])];
-            }
+    for (vertex, position) in positions.iter().enumerate() {
+        parent[vertex] = parent[parent[vertex] as usize];
+        let own = &mut boxes[parent[vertex] as usize];
+        for axis in 0..3 {
+            own[axis] = [own[axis][0].min(position[axis]), own[axis][1].max(position[axis])];
         }
     }
     let size = |[x, y, z]: [[f32; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
-    ids.iter().map(|&id| size(boxes[root(&mut parent, triangles[id as usize][0]) as usize])).collect()
+    let sizes: Vec<f32> = boxes.into_iter().map(size).collect();
+    ids.iter().map(|&id| sizes[parent[triangles[id as usize][0] as usize] as usize]).collect()
 }
 
 /// Scene units.
@@ -198,50 +235,85 @@ fn bounds(vertices: [[f32; 3]; 3], margin: f32) -> [[f32; 2]; 3] {
     })
 }
 
-/// Per node of `tree`, the least of the `sizes` of its primitives.
-fn smallest_below(tree: &Bvh2, sizes: &[f32]) -> Vec<f32> {
-    let mut smallest = vec![f32::INFINITY; tree.nodes.len()];
-    for (index, node) in tree.nodes.iter().enumerate().rev() {
-        let first = node.first_index as usize;
-        smallest[index] = if node.is_leaf() {
-            sizes[first..first + node.prim_count as usize].iter().copied().fold(f32::INFINITY, f32::min)
-        } else {
-            smallest[first].min(smallest[first + 1])
-        };
-    }
-    smallest
+/// Whether a box meets `bounds`.
+fn meets(min: [f32; 3], max: [f32; 3], bounds: [[f32; 2]; 3]) -> bool {
+    (0..3).all(|axis| min[axis] <= bounds[axis][1] && max[axis] >= bounds[axis][0])
 }
 
-/// Whether something smaller than `size` has a box that meets `bounds`.
-fn lies_on(tree: &Bvh2, smallest: &[f32], bounds: [[f32; 2]; 3], size: f32) -> bool {
-    if smallest.first().is_none_or(|&least| least >= size) {
-        return false;
+/// Whether the box of a triangle meets `bounds`. Asked of each triangle of a leaf: then the answer does not depend on what else is
+/// in the leaf.
+fn triangle_meets(vertices: [[f32; 3]; 3], bounds: [[f32; 2]; 3]) -> bool {
+    let [x, y, z] = self::bounds(vertices, 0.0);
+    meets([x[0], y[0], z[0]], [x[1], y[1], z[1]], bounds)
+}
+
+/// Sizes of the primitives of a tree.
+struct Sizes {
+    /// In the order of the leaves.
+    each: Vec<f32>,
+    /// Per node, the least below it; empty if no size is below what was to be asked for.
+    below: Vec<f32>,
+}
+
+impl Sizes {
+    /// Nobody will ask for sizes of `most` or more.
+    fn new(tree: &Bvh2, each: Vec<f32>, most: f32) -> Sizes {
+        let least = |sizes: &[f32]| sizes.iter().copied().fold(f32::INFINITY, f32::min);
+        if least(&each) >= most {
+            return Sizes { each, below: Vec::new() };
+        }
+        let mut below = vec![f32::INFINITY; tree.nodes.len()];
+        for (index, node) in tree.nodes.iter().enumerate().rev() {
+            let first = node.first_index as usize;
+            below[index] = match node.is_leaf() {
+                true => least(&each[first..first + node.prim_count as usize]),
+                false => below[first].min(below[first + 1]),
+            };
+        }
+        Sizes { each, below }
     }
-    let mut pending = vec![0];
-    while let Some(index) = pending.pop() {
-        let node = &tree.nodes[index];
-        let (min, max) = (node.min.to_array(), node.max.to_array());
-        let meets = (0..3).all(|axis| min[axis] <= bounds[axis][1] && max[axis] >= bounds[axis][0]);
-        if meets && smallest[index] < size {
-            if node.is_leaf() {
+
+    /// Infinite if none is small enough.
+    fn least(&self) -> f32 {
+        self.below.first().copied().unwrap_or(f32::INFINITY)
+    }
+
+    /// Whether something smaller than `size` has a box that meets `bounds`.
+    fn any_on(&self, tree: &Bvh2, vertices: impl Fn(u32) -> [[f32; 3]; 3], bounds: [[f32; 2]; 3], size: f32) -> bool {
+        let mut pending = if self.least() < size { vec![0] } else { vec![] };
+        while let Some(index) = pending.pop() {
+            let node = &tree.nodes[index];
+            let first = node.first_index as usize;
+            if self.below[index] >= size || !meets(node.min.to_array(), node.max.to_array(), bounds) {
+                continue;
+            }
+            if !node.is_leaf() {
+                pending.extend([first, first + 1]);
+            } else if (first..first + node.prim_count as usize)
+                .any(|at| self.each[at] < size && triangle_meets(vertices(tree.primitive_indices[at]), bounds))
+            {
                 return true;
             }
-            pending.extend([node.first_index as usize, node.first_index as usize + 1]);
         }
+        false
     }
-    false
 }
 
-/// Tells of the triangles whose boxes meet `bounds`, and of some beside.
-fn for_each_in(tree: &Bvh2, bounds: [[f32; 2]; 3], mut tell: impl FnMut(u32)) {
+/// Tells of the triangles whose boxes meet `bounds`.
+fn for_each_in(
+    tree: &Bvh2,
+    vertices: &impl Fn(u32) -> [[f32; 3]; 3],
+    bounds: [[f32; 2]; 3],
+    mut tell: impl FnMut(u32),
+) {
     let mut pending = vec![0];
     while let Some(index) = pending.pop() {
         let Some(node) = tree.nodes.get(index) else { return };
-        let (min, max) = (node.min.to_array(), node.max.to_array());
         let first = node.first_index as usize;
-        if !(0..3).all(|axis| min[axis] <= bounds[axis][1] && max[axis] >= bounds[axis][0]) {
+        if !meets(node.min.to_array(), node.max.to_array(), bounds) {
         } else if node.is_leaf() {
-            tree.primitive_indices[first..first + node.prim_count as usize].iter().for_each(|&id| tell(id));
+            let ids = &tree.primitive_indices[first..first + node.prim_count as usize];
+            ids.iter().filter(|&&id| triangle_meets(vertices(id), bounds)).for_each(|&id| tell(id));
         } else {
             pending.extend([first, first + 1]);
         }
@@ -292,7 +364,7 @@ fn for_each_shared_edge(
     let precise = |id: u32| class_of(classes, id) & PRECISE != 0;
     for &id in tree.primitive_indices.iter().filter(|&&id| precise(id)) {
         let edges: [Edge; 3] = std::array::from_fn(|opposite| edge_of(vertices(id), opposite));
-        for_each_in(tree, bounds(vertices(id), 0.0), |other| {
+        for_each_in(tree, vertices, bounds(vertices(id), 0.0), |other| {
             if !precise(other) {
                 let shared = |edge: &Edge| (0..3).any(|opposite| edge_of(vertices(other), opposite) == *edge);
                 (0..3).filter(|&edge| shared(&edges[edge])).for_each(|edge| tell(id, edge, other));

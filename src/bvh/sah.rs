@@ -1,252 +1,211 @@
-//! A binary tree from the top down: at every node the best of the splits between 16 bins on each axis, by the surface area
-//! heuristic (Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies"), down to single triangles.
+//! A binary tree from the top down, an obvhs [`Bvh2`]: at every node the best split by the surface area heuristic
+//! ([`crate::bvh::split`]), down to leaves of one or two triangles.
 //!
-//! It fills an obvhs [`Bvh2`]. Against obvhs's own bottom-up builder (PLOC) the finished trees trace 3 to 15 % faster on
-//! a scene of 1.2 M triangles and far faster on a box of 36. A subtree of n triangles takes exactly 2n - 2 nodes below its
-//! root, so every subtree's place is known before it is built and threads fill disjoint slices.
+//! Against obvhs's own bottom-up builder (PLOC) the finished trees trace 3 to 15 % faster on a scene of 1.2 M triangles and far
+//! faster on a box of 36. Leaves of two triangles save nodes, and the time of whatever looks at nodes after this;
+//! leaves of four cost 12 to 18 % of speed in rooms, where walls end up in them with what stands before them.
+//!
+//! A subtree of n triangles takes at most 2n - 2 nodes below its root, so every subtree has its place before it is built: threads
+//! fill disjoint slices, and leave gaps that [`crate::bvh::reinsert`] closes. Where the gaps are depends on the number of threads; the
+//! order of the nodes does not: a pair of siblings, everything below the first, everything below the second.
 
-use crate::lanes::F32x8;
-use glam::{Vec3, Vec3A};
-use obvhs::{
-    aabb::Aabb,
-    bvh2::{Bvh2, node::Bvh2Node},
-};
-use std::sync::Mutex;
+use crate::bvh::prims::{Area, Known, PrimBox, aabb};
+use crate::bvh::split::{halve, split, split_shared};
+use crate::bvh::{huge, threads};
+use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 
-const BINS: usize = 16;
-/// Ranges of fewer triangles are built by one thread.
-const PARALLEL_TRIANGLES: usize = 1 << 15;
+/// Sets of fewer triangles are split by one thread, the threads share larger ones.
+const SHARED: usize = 1 << 17;
+/// The least triangles of a subtree that one thread builds.
+const PART: usize = 1 << 12;
+/// Subtrees for each thread: they are not of one size.
+const PARTS_PER_THREAD: usize = 8;
 
-/// A box and the triangle in it: lanes 0-2 min, 4-6 negated max, so that the union of two is one lane minimum. Lane 3 of a
-/// triangle's box is its id.
-#[derive(Clone, Copy)]
-#[repr(C, align(32))]
-pub(super) struct PrimBox([f32; 8]);
-
-impl PrimBox {
-    const EMPTY: Self = Self([f32::INFINITY; 8]);
-
-    pub(super) fn new(vertices: [[f32; 3]; 3], id: u32) -> Self {
-        let mut lanes = [f32::INFINITY; 8];
-        for vertex in vertices {
-            for axis in 0..3 {
-                lanes[axis] = lanes[axis].min(vertex[axis]);
-                lanes[4 + axis] = lanes[4 + axis].min(-vertex[axis]);
-            }
-        }
-        lanes[3] = f32::from_bits(id);
-        Self(lanes)
-    }
-    fn id(&self) -> u32 {
-        self.0[3].to_bits()
-    }
-    #[inline(always)]
-    fn union(self, other: Self) -> Self {
-        Self(F32x8::from_array(self.0).min(F32x8::from_array(other.0)).to_array())
-    }
-    /// Halves first: the sum of two finite coordinates can overflow.
-    #[inline(always)]
-    fn centre(&self, axis: usize) -> f32 {
-        self.0[axis] * 0.5 - self.0[4 + axis] * 0.5
-    }
-    fn size(&self, axis: usize) -> f32 {
-        -self.0[4 + axis] - self.0[axis]
-    }
-    pub(super) fn aabb(&self) -> Aabb {
-        let b = &self.0;
-        Aabb::new(Vec3A::new(b[0], b[1], b[2]), Vec3A::new(-b[4], -b[5], -b[6]))
-    }
-}
-
-/// Half the surface of boxes, in units of the scene's size; a little of the edge lengths is added, so that boxes without
-/// surface (all triangles in a line) still have an order.
-#[derive(Clone, Copy)]
-pub(super) struct Area {
-    scale: f32,
-}
-
-impl Area {
-    pub(super) fn of_scene(size: Vec3) -> Self {
-        Self { scale: 1.0 / size.max_element().clamp(1e-36, 1e36) }
-    }
-    #[inline(always)]
-    pub(super) fn half(&self, size: Vec3) -> f32 {
-        let Vec3 { x, y, z } = size * self.scale;
-        (x * y + y * z + z * x) + 1e-6 * (x + y + z)
-    }
-    #[inline(always)]
-    fn of(&self, b: &PrimBox) -> f32 {
-        self.half(Vec3::new(b.size(0), b.size(1), b.size(2)))
-    }
-}
-
-/// Triangles `first .. first + count` (of the caller's slice) under a node whose descendants start at `nodes`.
-struct Range {
+/// Nodes whose subtree is still to be built: its triangles, and where its nodes go.
+struct Range<'a> {
+    /// The triangles.
+    from: &'a mut [PrimBox],
+    /// Room for as many.
+    to: &'a mut [PrimBox],
+    known: Known,
+    /// The triangles' places among all.
     first: usize,
-    count: usize,
-    nodes: usize,
+    /// Their ids, once they are in the order of the leaves.
+    ids: &'a mut [u32],
+    /// Room for the nodes below, the first of them `first_node` in the whole tree, and for the numbers of their parents.
+    nodes: &'a mut [Bvh2Node],
+    parents: &'a mut [u32],
+    first_node: usize,
+    node: usize,
     depth: usize,
 }
 
-/// The tree of `prims`, which come back in the order of its leaves.
-pub(super) fn build(prims: &mut [PrimBox]) -> Bvh2 {
+/// How the tree is built.
+#[derive(Clone, Copy)]
+struct Rules {
+    leaf_size: usize,
+    area: Area,
+    /// A split by bins may peel off one triangle at a time; beyond this depth halves are cut instead.
+    depth_of_halving: usize,
+}
+
+/// The node of a set of triangles, whose subtree, if it has one, begins at `first_node`.
+#[inline(always)]
+fn node_of(known: &Known, count: usize, leaf_size: usize, first: usize, first_node: usize) -> Bvh2Node {
+    match count <= leaf_size {
+        true => Bvh2Node::new(aabb(known.bounds), count as u32, first as u32),
+        false => Bvh2Node::new(aabb(known.bounds), 0, first_node as u32),
+    }
+}
+
+/// The tree of `prims`, which are `known` and come back in no order, with leaves of up to `leaf_size` triangles. Between its nodes
+/// are gaps of zeros; its parents are known, and its depth.
+pub(super) fn build(prims: &mut [PrimBox], known: Known, leaf_size: usize, threads: usize) -> Bvh2 {
     if prims.is_empty() {
         return Bvh2::default();
     }
-    let mut tree = Bvh2::zeroed(prims.len());
-    let scene = prims.iter().fold(PrimBox::EMPTY, |a, &b| a.union(b));
-    let area = Area::of_scene(Vec3::new(scene.size(0), scene.size(1), scene.size(2)));
-    // A split by bins may peel off one triangle at a time; beyond this depth halves are cut instead.
-    let depth_of_halving = 32 + 2 * prims.len().ilog2() as usize;
-    tree.nodes[0] = Bvh2Node::new(scene.aabb(), (prims.len() == 1) as u32, (prims.len() > 1) as u32);
-
-    let mut ready = vec![];
-    let mut pending = vec![Range { first: 0, count: prims.len(), nodes: 1, depth: 1 }];
+    let count = prims.len();
+    let mut tree = Bvh2::zeroed(count);
+    huge::advise(&mut tree.nodes);
+    tree.parents = huge::zeroed_list(tree.nodes.len());
+    let bounds = aabb(known.bounds);
+    let rules = Rules {
+        leaf_size,
+        area: Area::of_scene((bounds.max - bounds.min).into()),
+        depth_of_halving: 32 + 2 * count.ilog2() as usize,
+    };
+    let part = (count / (PARTS_PER_THREAD * threads)).max(PART);
+    let mut other = huge::Table::zeroed(count);
+    let (root, nodes) = tree.nodes.split_at_mut(1);
+    root[0] = node_of(&known, count, leaf_size, 0, 1);
+    let whole = Range {
+        from: prims,
+        to: other.rows_mut(),
+        known,
+        first: 0,
+        ids: &mut tree.primitive_indices,
+        nodes,
+        parents: &mut tree.parents[1..],
+        first_node: 1,
+        node: 0,
+        depth: 1,
+    };
+    let (mut ready, mut pending) = (vec![], vec![whole]);
     while let Some(range) = pending.pop() {
-        if range.count <= PARALLEL_TRIANGLES {
+        if range.from.len() <= part || threads == 1 {
             ready.push(range);
         } else {
-            pending.extend(split(&range, prims, &mut tree.nodes, 0, 0, area, depth_of_halving));
+            pending.extend(range.step(rules, threads));
         }
     }
-    ready.sort_unstable_by_key(|range| range.first);
-    tree.max_depth = fill(ready, prims, &mut tree.nodes, area, depth_of_halving) + 2;
-    for (index, prim) in tree.primitive_indices.iter_mut().zip(prims.iter()) {
-        *index = prim.id();
-    }
-    tree.children_are_ordered_after_parents = true;
+    // Large ones first: then no thread is left alone with one at the end.
+    ready.sort_by_key(|range| std::cmp::Reverse(range.from.len()));
+    let depth = threads::map(threads, ready, |range| range.build(rules)).into_iter().max();
+    tree.max_depth = depth.unwrap_or(0) + 1;
     tree
 }
 
-/// Builds below every range of `ready` (ascending, disjoint), shared among threads; the greatest depth.
-fn fill(
-    ready: Vec<Range>,
-    prims: &mut [PrimBox],
-    nodes: &mut [Bvh2Node],
-    area: Area,
-    depth_of_halving: usize,
-) -> usize {
-    let (mut prims, mut nodes) = (prims, nodes);
-    let (mut prims_before, mut nodes_before) = (0, 0);
-    let mut work = vec![];
-    for range in ready {
-        let (skip_prims, skip_nodes) = (range.first - prims_before, range.nodes - nodes_before);
-        let (prim_count, node_count) = (range.count, 2 * range.count - 2);
-        (prims_before, nodes_before) = (range.first + prim_count, range.nodes + node_count);
-        let (own_prims, rest) = std::mem::take(&mut prims).split_at_mut(skip_prims).1.split_at_mut(prim_count);
-        prims = rest;
-        let (own_nodes, rest) = std::mem::take(&mut nodes).split_at_mut(skip_nodes).1.split_at_mut(node_count);
-        nodes = rest;
-        work.push((range, own_prims, own_nodes));
-    }
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(work.len());
-    let work = Mutex::new(work);
-    let worker = || {
-        let mut depth = 0;
-        loop {
-            let item = work.lock().expect("no worker panics").pop();
-            let Some((range, prims, nodes)) = item else { return depth };
-            let (first, base) = (range.first, range.nodes);
-            let mut pending = vec![range];
-            while let Some(range) = pending.pop() {
-                depth = depth.max(range.depth);
-                if range.count > 1 {
-                    pending.extend(split(&range, prims, nodes, first, base, area, depth_of_halving));
-                }
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(worker)).collect();
-        let own = worker();
-        others.into_iter().map(|other| other.join().expect("no worker panics")).fold(own, usize::max)
-    })
-}
-
-/// Splits a range of at least two triangles and writes its two nodes. `prims` begins at triangle `first`, `nodes` at node
-/// `base` of the whole tree.
-fn split(
-    range: &Range,
-    prims: &mut [PrimBox],
-    nodes: &mut [Bvh2Node],
-    first: usize,
-    base: usize,
-    area: Area,
-    depth_of_halving: usize,
-) -> [Range; 2] {
-    let own = &mut prims[range.first - first..][..range.count];
-    let left = if range.depth < depth_of_halving { partition(own, area) } else { None }.unwrap_or(range.count / 2);
-    let depth = range.depth + 1;
-    let children = [
-        Range { first: range.first, count: left, nodes: range.nodes + 2, depth },
-        Range { first: range.first + left, count: range.count - left, nodes: range.nodes + 2 * left, depth },
-    ];
-    for (side, child) in children.iter().enumerate() {
-        let bounds = prims[child.first - first..][..child.count].iter().fold(PrimBox::EMPTY, |a, &b| a.union(b)).aabb();
-        nodes[range.nodes - base + side] = match child.count {
-            1 => Bvh2Node::new(bounds, 1, child.first as u32),
-            _ => Bvh2Node::new(bounds, 0, child.nodes as u32),
+impl<'a> Range<'a> {
+    /// One split; both sides.
+    fn step(self, rules: Rules, threads: usize) -> [Range<'a>; 2] {
+        let Range { from, to, known, first, ids, nodes, parents, first_node, node, depth } = self;
+        let (left, [known_left, known_right]) = match (depth < rules.depth_of_halving, from.len() < SHARED) {
+            (false, _) => halve(from, to),
+            (true, true) => split(from, to, &known, rules.area),
+            (true, false) => split_shared(from, to, &known, rules.area, threads),
         };
+        let right = from.len() - left;
+        let (pair, nodes) = nodes.split_at_mut(2);
+        let (own_parents, parents) = parents.split_at_mut(2);
+        let (nodes_left, nodes_right) = nodes.split_at_mut(2 * left - 2);
+        let (parents_left, parents_right) = parents.split_at_mut(2 * left - 2);
+        let (first_left, first_right) = (first_node + 2, first_node + 2 * left);
+        pair[0] = node_of(&known_left, left, rules.leaf_size, first, first_left);
+        pair[1] = node_of(&known_right, right, rules.leaf_size, first + left, first_right);
+        own_parents.fill(node as u32);
+        // The buffers change places.
+        let (from_left, from_right) = to.split_at_mut(left);
+        let (to_left, to_right) = from.split_at_mut(left);
+        let (ids_left, ids_right) = ids.split_at_mut(left);
+        let depth = depth + 1;
+        [
+            Range {
+                from: from_left,
+                to: to_left,
+                known: known_left,
+                first,
+                ids: ids_left,
+                nodes: nodes_left,
+                parents: parents_left,
+                first_node: first_left,
+                node: first_node,
+                depth,
+            },
+            Range {
+                from: from_right,
+                to: to_right,
+                known: known_right,
+                first: first + left,
+                ids: ids_right,
+                nodes: nodes_right,
+                parents: parents_right,
+                first_node: first_right,
+                node: first_node + 1,
+                depth,
+            },
+        ]
     }
-    children
-}
 
-/// Reorders `prims` around the best split; how many are on its left, or nothing if no split separates them (equal centres,
-/// sizes beyond f32).
-fn partition(prims: &mut [PrimBox], area: Area) -> Option<usize> {
-    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for prim in prims.iter() {
-        for axis in 0..3 {
-            let centre = prim.centre(axis);
-            (low[axis], high[axis]) = (low[axis].min(centre), high[axis].max(centre));
+    /// Everything below, its nodes without gaps; the greatest depth.
+    fn build(self, rules: Rules) -> usize {
+        /// `count` triangles from `start` on, in `to` if `moved`, under a node.
+        struct Pending {
+            start: usize,
+            count: usize,
+            node: usize,
+            depth: usize,
+            moved: bool,
+            known: Known,
         }
-    }
-    // A little below BINS, so that the highest centre falls into the last bin.
-    let scale: [f32; 3] = std::array::from_fn(|axis| BINS as f32 * 0.9999 / (high[axis] - low[axis]));
-    let bin = |prim: &PrimBox, axis: usize| (((prim.centre(axis) - low[axis]) * scale[axis]) as usize).min(BINS - 1);
-
-    let mut boxes = [[PrimBox::EMPTY; BINS]; 3];
-    let mut counts = [[0u32; BINS]; 3];
-    for prim in prims.iter() {
-        for axis in 0..3 {
-            let bin = bin(prim, axis);
-            boxes[axis][bin] = boxes[axis][bin].union(*prim);
-            counts[axis][bin] += 1;
+        let Range { from: own, to: other, known, first, ids, nodes, parents, first_node, node, depth } = self;
+        let count = own.len();
+        if count <= rules.leaf_size {
+            ids.iter_mut().zip(own.iter()).for_each(|(id, prim)| *id = prim.id());
+            return depth;
         }
-    }
-
-    let mut best = (f32::INFINITY, 0, 0);
-    for axis in (0..3).filter(|&axis| scale[axis].is_finite()) {
-        let (mut right_cost, mut right, mut right_count) = ([0.0; BINS], PrimBox::EMPTY, 0);
-        for bin in (1..BINS).rev() {
-            right = right.union(boxes[axis][bin]);
-            right_count += counts[axis][bin];
-            right_cost[bin] = if right_count > 0 { area.of(&right) * right_count as f32 } else { f32::INFINITY };
-        }
-        let (mut left, mut left_count) = (PrimBox::EMPTY, 0);
-        for bin in 1..BINS {
-            left = left.union(boxes[axis][bin - 1]);
-            left_count += counts[axis][bin - 1];
-            if left_count > 0 {
-                let cost = area.of(&left) * left_count as f32 + right_cost[bin];
-                if cost < best.0 {
-                    best = (cost, axis, bin);
+        let mut used = 0;
+        let mut deepest = depth;
+        let mut pending = Vec::with_capacity(64);
+        pending.push(Pending { start: 0, count, node, depth, moved: false, known });
+        while let Some(Pending { start, count, node, depth, moved, known }) = pending.pop() {
+            let range = start..start + count;
+            let (from, to) = if moved { (&mut *other, &mut *own) } else { (&mut *own, &mut *other) };
+            let (from, to) = (&from[range.clone()], &mut to[range]);
+            let (left, [known_left, known_right]) = match depth < rules.depth_of_halving {
+                true => split(from, to, &known, rules.area),
+                false => halve(from, to),
+            };
+            deepest = deepest.max(depth + 1);
+            let pair = used;
+            used += 2;
+            // The root's first children follow it at once, and this node's whatever has been written until then.
+            if pair > 0 {
+                nodes[node - first_node].first_index = (first_node + pair) as u32;
+            }
+            parents[pair..pair + 2].fill(node as u32);
+            // From right to left: the last one in is the next one out.
+            for (offset, count, side, known) in [(left, count - left, 1, known_right), (0, left, 0, known_left)] {
+                let start = start + offset;
+                nodes[pair + side] = node_of(&known, count, rules.leaf_size, first + start, 0);
+                if count <= rules.leaf_size {
+                    let leaf = ids[start..start + count].iter_mut().zip(&to[offset..]);
+                    leaf.for_each(|(id, prim)| *id = prim.id());
+                } else {
+                    let node = first_node + pair + side;
+                    pending.push(Pending { start, count, node, depth: depth + 1, moved: !moved, known });
                 }
             }
         }
+        deepest
     }
-    let (cost, axis, border) = best;
-    if cost == f32::INFINITY {
-        return None;
-    }
-    let (mut left, mut right) = (0, prims.len());
-    while left < right {
-        if bin(&prims[left], axis) < border {
-            left += 1;
-        } else {
-            right -= 1;
-            prims.swap(left, right);
-        }
-    }
-    (0 < left && left < prims.len()).then_some(left)
 }

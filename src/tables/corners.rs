@@ -44,6 +44,9 @@ pub fn corner_table(
 ) -> Vec<CornerRecord> {
     let texture = |id: usize| materials[geometry.triangles[id].material as usize].texture;
     let mut needed = geometry.corners.is_empty() && materials.iter().any(|m| m.texture.is_some());
+    if geometry.corners.is_empty() && !needed {
+        return Vec::new();
+    }
     let make = |id: usize| {
         let corner = geometry.corners.get(id).copied().unwrap_or_default();
         let record = record(&corner, &triangles[id], texture(id));

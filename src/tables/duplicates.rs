@@ -2,10 +2,16 @@
 //! copy. A ray hits both at one place, and only the first in the file can be what it has hit; so the others are dropped, for
 //! all strategies alike, and the user is told.
 
+use crate::bvh::threads;
 use crate::fault::{Fault, planted};
 use crate::scene::desc::MaterialDesc;
 use crate::scene::flatten::Geometry;
 use crate::tables::lights::emitters::Emitter;
+
+/// Triangles that a thread hashes at a time.
+const CHUNK: usize = 1 << 14;
+/// The hash of what is no copy of anything; no hash has this bit.
+const NO_HASH: u64 = 1 << 63;
 
 /// What was dropped.
 pub struct Duplicates {
@@ -20,10 +26,14 @@ impl Duplicates {
     /// is not.
     pub fn find(materials: &[MaterialDesc], geometry: &Geometry<'_>, degenerate: &[bool]) -> Duplicates {
         let whole = |id: u32| materials[geometry.triangles[id as usize].material as usize].alpha_mask.is_none();
-        let mut by_hash: Vec<(u64, u32)> = (0..geometry.triangles.len() as u32)
-            .filter(|&id| !degenerate[id as usize] && whole(id))
-            .map(|id| (hash(sorted_corners(geometry, id)), id))
-            .collect();
+        let count = geometry.triangles.len();
+        let threads = threads::count(0, count);
+        let hashes = threads::map(threads, threads::ranges(count, CHUNK), |ids| -> Vec<u64> {
+            let wanted = |id: u32| !degenerate[id as usize] && whole(id);
+            let hash_of = |id: u32| if wanted(id) { hash(sorted_corners(geometry, id)) } else { NO_HASH };
+            ids.map(|id| hash_of(id as u32)).collect()
+        });
+        let mut by_hash = alike(&hashes);
         by_hash.sort_unstable();
         let mut found = Duplicates { dropped: Vec::new(), two_sided: Vec::new() };
         if planted(Fault::KeptCopies) {
@@ -76,6 +86,25 @@ impl Duplicates {
     }
 }
 
+/// The hashes, and their places, that are not the only ones of their marks, which are few: only these need to be sorted.
+fn alike(hashes: &[Vec<u64>]) -> Vec<(u64, u32)> {
+    let all = || hashes.iter().flatten().zip(0..).filter(|&(&hash, _)| hash != NO_HASH);
+    // Marks: bits of the hash, at least 16 for each triangle.
+    let bits = (16 * CHUNK * hashes.len()).next_power_of_two();
+    let place = |hash: u64| ((hash >> 6) as usize & (bits / 64 - 1), 1u64 << (hash & 63));
+    let (mut seen, mut twice) = (vec![0u64; bits / 64], vec![0u64; bits / 64]);
+    for (&hash, _) in all() {
+        let (word, bit) = place(hash);
+        twice[word] |= seen[word] & bit;
+        seen[word] |= bit;
+    }
+    let is_twice = |hash: u64| {
+        let (word, bit) = place(hash);
+        twice[word] & bit != 0
+    };
+    all().filter(|&(&hash, _)| is_twice(hash)).map(|(&hash, id)| (hash, id)).collect()
+}
+
 /// The corners of a triangle as bits, in an order that does not depend on theirs; both zeros are one number.
 fn sorted_corners(geometry: &Geometry<'_>, id: u32) -> [[u32; 3]; 3] {
     let mut corners = geometry.vertices(id as usize).map(|corner| corner.map(|x| (x + 0.0).to_bits()));
@@ -85,7 +114,9 @@ fn sorted_corners(geometry: &Geometry<'_>, id: u32) -> [[u32; 3]; 3] {
 
 fn hash(corners: [[u32; 3]; 3]) -> u64 {
     let mix = |hash: u64, word: u32| (hash ^ u64::from(word)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
-    corners.into_iter().flatten().fold(0, mix)
+    let hash = corners.into_iter().flatten().fold(0, mix);
+    // The last words have hardly reached the low bits, of which the marks are made.
+    (hash ^ hash >> 32) & !NO_HASH
 }
 
 /// Which way a triangle faces: whether its winding is an even order of its sorted corners.

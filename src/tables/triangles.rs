@@ -2,9 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
+use std::ops::Range;
 
 use crate::bvh::Bvh;
 use crate::bvh::precise::PRECISE;
+use crate::bvh::{huge, threads};
 use crate::scene::flatten::Geometry;
 use crate::scene::validate::is_degenerate;
 use crate::tables::margins::Margins;
@@ -12,6 +14,9 @@ use crate::tables::materials::MaterialRecord;
 
 /// [`TriangleRecord::light`] of a triangle that does not emit.
 pub const NO_LIGHT: u32 = u32::MAX;
+
+/// Triangles that a thread works on at a time.
+const CHUNK: usize = 1 << 14;
 
 /// What shading needs of one triangle: one cache line, read whole.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -36,7 +41,9 @@ pub const CLASS_EMITS: u8 = 0x80;
 
 /// Per triangle, whether it has no area.
 pub(super) fn degenerate_triangles(geometry: &Geometry<'_>) -> Vec<bool> {
-    (0..geometry.triangles.len()).map(|id| is_degenerate(geometry.vertices(id))).collect()
+    let count = geometry.triangles.len();
+    let judge = |ids: Range<usize>| ids.map(|id| is_degenerate(geometry.vertices(id))).collect::<Vec<bool>>();
+    threads::map(threads::count(0, count), threads::ranges(count, CHUNK), judge).concat()
 }
 
 /// Twice the area vector of a triangle, from its rounded vertices, in f64.
@@ -54,9 +61,13 @@ pub(super) fn triangle_table(
     emissive: impl IntoIterator<Item = u32>,
     bvh: &Bvh,
 ) -> Vec<TriangleRecord> {
-    let mut emissive = emissive.into_iter().enumerate().peekable();
-    (0..geometry.triangles.len())
-        .map(|id| {
+    let count = geometry.triangles.len();
+    let emissive: Vec<u32> = emissive.into_iter().collect();
+    let mut records: Vec<TriangleRecord> = huge::zeroed_list(count);
+    let fill = |(ids, rows): (Range<usize>, &mut [TriangleRecord])| {
+        let before = emissive.partition_point(|&emitter| (emitter as usize) < ids.start);
+        let mut emissive = emissive[before..].iter().zip(before..).peekable();
+        for (id, row) in ids.zip(rows) {
             let triangle = geometry.triangles[id];
             let vertices = geometry.vertices(id);
             let normal = if degenerate[id] {
@@ -67,17 +78,21 @@ pub(super) fn triangle_table(
             let precise = bvh.class(id as u32) & PRECISE != 0;
             let margins = if degenerate[id] { Margins::default() } else { Margins::of(vertices, precise) };
             let light =
-                emissive.next_if(|&(_, emitter)| emitter == id as u32).map_or(NO_LIGHT, |(light, _)| light as u32);
-            TriangleRecord {
+                emissive.next_if(|&(&emitter, _)| emitter == id as u32).map_or(NO_LIGHT, |(_, light)| light as u32);
+            *row = TriangleRecord {
                 vertices,
                 normal: normal.as_vec3().to_array(),
                 material: material_index[triangle.material as usize],
                 light,
                 offset: margins.offset,
                 inset: margins.inset,
-            }
-        })
-        .collect()
+            };
+        }
+    };
+    let ranges = threads::ranges(count, CHUNK);
+    let work = ranges.iter().cloned().zip(threads::cut(&mut records, ranges.iter().map(Range::len))).collect();
+    threads::map(threads::count(0, count), work, fill);
+    records
 }
 
 /// Per triangle id, the sorting key of a hit: the kind of its material (low bits) and [`CLASS_EMITS`].

@@ -2,6 +2,7 @@
 
 mod levels;
 mod scenes;
+mod tree;
 
 use levels::{levels, ways};
 use octray::internal::bvh::ray::NO_HIT;
@@ -246,7 +247,7 @@ fn every_leaf_size_gives_the_same_bits() {
     let rays = rays(&scene, 2_000, 4);
     let expected: Vec<Hit> = rays.iter().map(|ray| scene.brute_force(&scene.bvh(), ray)).collect();
     for leaf_size in 1..=8 {
-        let bvh = Bvh::build_with(&scene.positions, &scene.triangles, |_| true, BuildOptions { leaf_size });
+        let bvh = Bvh::build_with(&scene.positions, &scene.triangles, |_| true, BuildOptions { leaf_size, threads: 1 });
         bvh.validate().unwrap();
         check_walks(&format!("leaves of {leaf_size}"), &bvh, &rays, &expected);
     }
