@@ -1,6 +1,8 @@
 //! OBJ meshes and their MTL materials.
 
+pub mod corners;
 pub mod mesh;
 pub mod mtl;
 pub mod text;
 pub mod triangulate;
+pub mod vectors;
