@@ -156,9 +156,9 @@ fn render_shot(
     let mut render = match shot.frame {
         Some(frame) => {
             let of_sequence = Settings { seed: first_seed, ..settings.clone() };
-            sequence.render(frame, &of_sequence, start.as_ref(), &progress)
+            sequence.render(frame, &of_sequence, start, &progress)
         }
-        None => render_from(prepared, &settings, start.as_ref(), &progress),
+        None => render_from(prepared, &settings, start, &progress),
     };
     bar.finish();
 

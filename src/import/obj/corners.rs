@@ -24,8 +24,8 @@ pub fn read_corners(
     values(rest).try_for_each(|word| read_corner(word, so_far, totals).map(|corner| corners.push(corner)))
 }
 
-/// Most faces are written in digits, slashes and blanks alone and name what stands above them: those take a third of the time
-/// that [`read_corner`] does. `None` of any other, some corners of which may have been appended.
+/// Most faces are written in digits, slashes and blanks alone and name what stands above them: those are read byte by byte, at
+/// about 25 ms of CPU time for 500,000 faces. `None` of any other, some corners of which may have been appended.
 fn read_plain(rest: &[u8], so_far: Counts, corners: &mut Vec<Corner>) -> Option<()> {
     let mut bytes = rest.iter().copied().peekable();
     while bytes.peek().is_some() {

