@@ -1,6 +1,6 @@
 //! The corners of a face line: `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1, or from -1 back from the line.
 
-use crate::import::obj::text::values;
+use crate::import::obj::lines::values;
 
 /// How many `v`, `vt` and `vn` lines there are.
 pub type Counts = [usize; 3];

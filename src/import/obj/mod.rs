@@ -1,6 +1,7 @@
 //! OBJ meshes and their MTL materials.
 
 pub mod corners;
+pub mod lines;
 pub mod mesh;
 pub mod mtl;
 pub mod text;
