@@ -90,12 +90,13 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// That of the first channel over the whole film; pixel by pixel, since differences between pixels are the picture, not
-    /// noise.
+    /// That of the first channel over a film of independent samples; pixel by pixel, since differences between pixels are the
+    /// picture, not noise.
     pub fn of(film: &Film) -> Estimate {
         let n = f64::from(film.spp);
         let variance = |sum: f64, squares: f64| (squares - sum * sum / n).max(0.0) / (n - 1.0).max(1.0) / n;
-        let variance: f64 = film.pixels.iter().map(|p| variance(p.sum[0], p.sum_squares[0])).sum();
+        let variance: f64 =
+            film.pixels.iter().zip(&film.squares).map(|(p, squares)| variance(p.sum[0], squares.0[0])).sum();
         Estimate { mean: film.mean_radiance()[0], error: variance.sqrt() / film.pixels.len() as f64 }
     }
 

@@ -12,7 +12,7 @@ pub fn differing(a: &Film, b: &Film) -> (u64, Option<(u32, u32)>) {
     let bits = |v: [f64; 3]| v.map(f64::to_bits);
     let differs = |i: &usize| {
         let (p, q) = (&a.pixels[*i], &b.pixels[*i]);
-        bits(p.sum) != bits(q.sum) || bits(p.sum_squares) != bits(q.sum_squares) || a.groups.get(*i) != b.groups.get(*i)
+        bits(p.sum) != bits(q.sum) || a.squares.get(*i) != b.squares.get(*i) || a.groups.get(*i) != b.groups.get(*i)
     };
     let first = (0..a.pixels.len()).find(differs).map(|i| (i as u32 % a.width, i as u32 / a.width));
     ((0..a.pixels.len()).filter(differs).count() as u64, first)

@@ -1,6 +1,5 @@
 //! `octray check`: extreme and stiff cases against what is known of them; or what applies to a scene.
 
-use crate::api::Scene;
 use crate::check;
 use crate::check::item::{Effort, Level, SceneSubject};
 use crate::check::row::Row;
@@ -8,6 +7,7 @@ use crate::cli::args;
 use crate::cli::examples;
 use crate::cli::numbers::count;
 use crate::cli::output::{JsonArgs, columns, print, wrapped};
+use crate::cli::progress::load;
 use crate::cli::{prepare, warn};
 use crate::error::Result;
 use crate::simd::simd_level;
@@ -55,7 +55,7 @@ pub fn run(args: &CheckArgs) -> Result<u8> {
     let rows = match &args.scene {
         None => check::run(&args.filter, &effort, &told)?,
         Some(path) => {
-            let scene = Scene::load(path)?;
+            let scene = load(path, false)?;
             scene.desc.warnings.iter().for_each(|warning| warn(warning));
             let prepared = prepare(&scene)?;
             let path = path.to_string_lossy();

@@ -6,6 +6,7 @@ use crate::cli::args::EstimatorArgs;
 use crate::cli::examples;
 use crate::cli::numbers::{count, three_digits};
 use crate::cli::output::{JsonArgs, table};
+use crate::cli::progress::load;
 use crate::cli::{prepare, warn};
 use crate::error::Result;
 use crate::learn::outcome::Learning;
@@ -87,7 +88,7 @@ struct Info {
 /// Runs the command; the exit status.
 pub fn run(args: &InfoArgs) -> Result<u8> {
     args.json.check()?;
-    let scene = Scene::load(&args.scene)?;
+    let scene = load(&args.scene, false)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);

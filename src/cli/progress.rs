@@ -1,14 +1,63 @@
-//! The progress bar: on standard error, only where that is a terminal.
+//! The progress bar of a render, and the line of a scene that takes long to load: on standard error, only where that is a
+//! terminal.
 
+use crate::api::Scene;
 use crate::cli::numbers::{percent, three_digits};
+use crate::error::Result;
 use crate::film::RelativeError;
 use crate::render::Progress;
 use crate::settings::{Settings, Train};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+use std::path::Path;
+use std::sync::mpsc;
 use std::time::Duration;
 
 const STEPS: u64 = 1000;
+/// Loading that takes no longer says nothing.
+const LOADING_AT_LEAST: Duration = Duration::from_secs(1);
+
+/// [`Scene::load`], with a line for as long as it takes beyond a second; none if `quiet` or if nobody would see it.
+pub fn load(path: &Path, quiet: bool) -> Result<Scene> {
+    if quiet || !std::io::stderr().is_terminal() {
+        return Scene::load(path);
+    }
+    let line = || {
+        let line = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(8));
+        if let Ok(style) = ProgressStyle::with_template("{spinner} loading {msg}, {elapsed}") {
+            line.set_style(style);
+        }
+        line.set_elapsed(LOADING_AT_LEAST);
+        line.set_message(path.display().to_string());
+        line.enable_steady_tick(Duration::from_millis(125));
+        line
+    };
+    beside(LOADING_AT_LEAST, line, |line| line.finish_and_clear(), || Scene::load(path))
+}
+
+/// What `work` gives; if that takes longer than `patience`, `begin` is called meanwhile, and `end` with what it gave when the
+/// work is done.
+fn beside<T, L>(
+    patience: Duration,
+    begin: impl FnOnce() -> L + Send,
+    end: impl FnOnce(L) + Send,
+    work: impl FnOnce() -> T,
+) -> T {
+    let (working, done) = mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            // Nothing is ever sent: the channel breaks when the work is done.
+            if done.recv_timeout(patience) == Err(mpsc::RecvTimeoutError::Timeout) {
+                let begun = begin();
+                let _ = done.recv();
+                end(begun);
+            }
+        });
+        let result = work();
+        drop(working);
+        result
+    })
+}
 
 /// Shows how far a render has come.
 pub struct Bar {
@@ -112,6 +161,25 @@ fn duration(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    #[test]
+    fn only_what_takes_long_is_told() {
+        let calls = AtomicU32::new(0);
+        let told = |patience: u64, work: u64| {
+            calls.store(0, Ordering::Relaxed);
+            let begin = || calls.fetch_add(1, Ordering::Relaxed);
+            let end = |_| _ = calls.fetch_add(10, Ordering::Relaxed);
+            let [patience, work] = [patience, work].map(Duration::from_millis);
+            let result = beside(patience, begin, end, || {
+                std::thread::sleep(work);
+                "result"
+            });
+            assert_eq!(result, "result");
+            calls.load(Ordering::Relaxed)
+        };
+        assert_eq!((told(10_000, 1), told(1, 500)), (0, 11));
+    }
 
     #[test]
     fn the_bar_follows_whichever_ends_first() {

@@ -9,7 +9,7 @@ use crate::cli::frames::{FrameArgs, Shot};
 use crate::cli::interrupt;
 use crate::cli::numbers::{percent, three_digits};
 use crate::cli::output::{check_json_path, check_place, make_directory, print, whole_path, write_json};
-use crate::cli::progress::Bar;
+use crate::cli::progress::{Bar, load};
 use crate::cli::resume::State;
 use crate::cli::stats::Report;
 use crate::cli::{prepare, report, warn};
@@ -92,7 +92,7 @@ fn spp_help() -> String {
 pub fn run(args: &RenderArgs) -> Result<u8> {
     let shots = args.sequence.shots(&args.output, args.stats.as_deref())?;
     shots.iter().try_for_each(check_outputs)?;
-    let mut scene = Scene::load(&args.scene)?;
+    let mut scene = load(&args.scene, args.quiet)?;
     let of_path = args.sequence.place(&mut scene.desc)?;
     scene.desc.warnings.extend(of_path);
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
@@ -156,9 +156,9 @@ fn render_shot(
     let mut render = match shot.frame {
         Some(frame) => {
             let of_sequence = Settings { seed: first_seed, ..settings.clone() };
-            sequence.render(frame, &of_sequence, start.as_ref(), &progress)
+            sequence.render(frame, &of_sequence, start, &progress)
         }
-        None => render_from(prepared, &settings, start.as_ref(), &progress),
+        None => render_from(prepared, &settings, start, &progress),
     };
     bar.finish();
 

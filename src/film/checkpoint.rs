@@ -7,11 +7,12 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::sealed;
-use crate::film::sums::{GroupSums, Pixel};
+use crate::film::sums::{GroupSums, Pixel, SquareSums};
 use crate::sampler::sobol::GROUPS;
 
 const MAGIC: &str = "octray unfinished render, version 2";
-/// Numbers a pixel: sums and sums of squares of three channels.
+/// Numbers a pixel: sums and sums of squares of three channels. (Pixels that are sampled in groups have no sums of squares any
+/// more: zeros stand in their place, so that files of earlier versions can be gone on with.)
 const NUMBERS: usize = 6;
 /// Numbers a pixel has besides if it is sampled in groups: the sums of each.
 const GROUP_NUMBERS: usize = 3 * GROUPS as usize;
@@ -52,7 +53,9 @@ pub fn write(path: &Path, state: &Checkpoint) -> Result<()> {
         spp: film.spp,
         grouped: !film.groups.is_empty(),
     };
-    let numbers = film.pixels.iter().flat_map(|pixel| pixel.sum.into_iter().chain(pixel.sum_squares));
+    let squares = |index: usize| film.squares.get(index).copied().unwrap_or_default();
+    let pixels = film.pixels.iter().enumerate();
+    let numbers = pixels.flat_map(|(index, pixel)| pixel.sum.into_iter().chain(squares(index).0));
     let numbers = numbers.chain(film.groups.iter().flat_map(|group| group.0.into_iter().flatten()));
     sealed::write(path, MAGIC, &header, numbers)
 }
@@ -75,12 +78,14 @@ fn unfinished(header: Header, numbers: &[f64]) -> Option<Checkpoint> {
     }
     let (numbers, groups) = numbers.split_at(count * NUMBERS);
     let group = |n: &[f64; GROUP_NUMBERS]| GroupSums(std::array::from_fn(|i| std::array::from_fn(|c| n[3 * i + c])));
-    let pixel = |n: &[f64; NUMBERS]| Pixel { sum: [n[0], n[1], n[2]], sum_squares: [n[3], n[4], n[5]] };
+    let pixels = numbers.as_chunks::<NUMBERS>().0;
+    let squares = if header.grouped { &[][..] } else { pixels };
     let film = Film {
         width: header.width,
         height: header.height,
         spp: header.spp,
-        pixels: numbers.as_chunks().0.iter().map(pixel).collect(),
+        pixels: pixels.iter().map(|n| Pixel { sum: [n[0], n[1], n[2]] }).collect(),
+        squares: squares.iter().map(|n| SquareSums([n[3], n[4], n[5]])).collect(),
         groups: groups.as_chunks().0.iter().map(group).collect(),
         ..Film::default()
     };
@@ -102,11 +107,8 @@ mod tests {
     fn comes_back(sampler: Sampler) {
         let mut film = Film::of_sampler(Crop { x: 0, y: 0, width: 3, height: 2 }, sampler);
         film.spp = 5;
-        for (i, pixel) in film.pixels.iter_mut().enumerate() {
-            assert!(pixel.add([i as f32 / 3.0, 1e-30, 1e30]));
-        }
-        for (i, group) in film.groups.iter_mut().enumerate() {
-            group.add(i as u32, [i as f32 / 7.0, 1e-20, 1e20]);
+        for i in 0..6 {
+            assert!(film.add(i, i as u32, [i as f32 / 3.0, 1e-30, 1e30]));
         }
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.exr.unfinished");
@@ -114,7 +116,7 @@ mod tests {
         write(&path, &Checkpoint { settings: settings.clone(), seconds: 1.25, film: film.clone() }).unwrap();
         let found = read(&path).unwrap();
         assert_eq!((found.film.pixels, found.film.spp, found.seconds), (film.pixels, 5, 1.25));
-        assert_eq!(found.film.groups, film.groups);
+        assert_eq!((found.film.squares, found.film.groups), (film.squares, film.groups));
         assert_eq!(found.settings, settings);
         let bytes = std::fs::read(&path).unwrap();
         for damaged in [&bytes[..bytes.len() - 1], &bytes[1..], b"", b"text", &[&bytes[..], &[0]].concat()] {

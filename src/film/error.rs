@@ -121,8 +121,8 @@ mod tests {
     fn sums(width: u32, spp: u32) -> ErrorSums {
         let mut film = Film::new(Crop { x: 0, y: 0, width, height: 1 });
         film.spp = spp;
-        for pixel in &mut film.pixels {
-            (0..spp).for_each(|sample| assert!(pixel.add([1.0 + (sample % 2) as f32; 3])));
+        for (pixel, sample) in (0..width as usize).flat_map(|pixel| (0..spp).map(move |sample| (pixel, sample))) {
+            assert!(film.add(pixel, sample, [1.0 + (sample % 2) as f32; 3]));
         }
         ErrorSums::of(film.sums())
     }

@@ -1,8 +1,8 @@
-//! The film: per pixel, in f64, the sum and the sum of squares of its samples, added in sample order.
+//! The film: per pixel, in f64, the sum of its samples and what tells its error, added in sample order.
 //!
-//! **Errors.** Independent samples tell the variance of their mean by their own spread, s^2 / n. Those of the `sobol` sampler
-//! do not: points of one group know of each other, and their mean is better than that. So a pixel then has a sum for each
-//! of its four independent groups beside, and the spread of the groups' means tells.
+//! **Errors.** Independent samples tell the variance of their mean by their own spread, s^2 / n: a pixel has the sum of their
+//! squares beside. Those of the `sobol` sampler do not: points of one group know of each other, and their mean is better than
+//! that. So a pixel then has a sum for each of its four independent groups instead, and the spread of the groups' means tells.
 //!
 //! **Invariant:** a pixel's sums depend on its samples and their order alone, so the same bits come out of any number of
 //! threads, any tile order and any split into passes.
@@ -13,7 +13,7 @@ pub mod sealed;
 pub mod sums;
 
 pub use error::{ErrorSums, RelativeError};
-pub use sums::{GroupSums, Pixel, Sums};
+pub use sums::{GroupSums, Pixel, SquareSums, Sums, SumsMut};
 
 use crate::settings::{Crop, Sampler};
 
@@ -65,6 +65,8 @@ pub struct Film {
     pub spp: u32,
     /// `width * height` pixels, row by row.
     pub pixels: Vec<Pixel>,
+    /// The pixels' sums of squares; empty where samples are not independent.
+    pub squares: Vec<SquareSums>,
     /// The pixels' sums by group; empty where samples are independent.
     pub groups: Vec<GroupSums>,
     /// The settings of the render, as (key, value), written into EXR headers.
@@ -82,19 +84,31 @@ impl Film {
     /// An empty film for `crop` and the samples of `sampler`.
     pub fn of_sampler(crop: Crop, sampler: Sampler) -> Film {
         let count = crop.width as usize * crop.height as usize;
-        let groups = vec![GroupSums::default(); if sampler == Sampler::Sobol { count } else { 0 }];
+        let (independent, grouped) = if sampler == Sampler::Sobol { (0, count) } else { (count, 0) };
         Film {
             width: crop.width,
             height: crop.height,
             pixels: vec![Pixel::default(); count],
-            groups,
+            squares: vec![SquareSums::default(); independent],
+            groups: vec![GroupSums::default(); grouped],
             ..Film::default()
         }
     }
 
+    /// Adds to pixel `index`, counted row by row, its sample number `sample`; true if it was finite, else it is left out (and
+    /// still counts as a sample of value 0).
+    pub fn add(&mut self, index: usize, sample: u32, radiance: [f32; 3]) -> bool {
+        self.sums_mut().add(1.0, index, sample, radiance)
+    }
+
+    /// The film's sums, to be added to.
+    pub fn sums_mut(&mut self) -> SumsMut<'_> {
+        SumsMut { pixels: &mut self.pixels, squares: &mut self.squares, groups: &mut self.groups }
+    }
+
     /// The film's sums.
     pub fn sums(&self) -> Sums<'_> {
-        Sums { pixels: &self.pixels, groups: &self.groups, spp: self.spp }
+        Sums { pixels: &self.pixels, squares: &self.squares, groups: &self.groups, spp: self.spp }
     }
 
     /// The mean of a pixel's samples: its radiance, rounded once to f32; the largest f32 where it is larger.
@@ -171,7 +185,7 @@ mod tests {
         assert_eq!(film.relative_error_estimate(), None);
         // Pixel 0: samples 1 and 3, variance of the mean 2 / 2 = 1. Pixel 1: samples 2 and 2, variance 0.
         for (pixel, samples) in [(0, [1.0, 3.0]), (1, [2.0, 2.0])] {
-            assert!(samples.iter().all(|&value| film.pixels[pixel].add([value; 3])));
+            assert!((0..).zip(samples).all(|(sample, value)| film.add(pixel, sample, [value; 3])));
         }
         assert_eq!(film.variance(0, 0), [1.0; 3]);
         // Mean variance 1/2, mean 2; the squared errors, expected to be 1 and 0, have the variances 2 and 0.
@@ -185,7 +199,7 @@ mod tests {
         // Two samples, 0 and 2 s, have the mean s and the variance of the mean s^2.
         let of = |s: f32| {
             let mut film = Film { spp: 2, ..Film::new(Crop { x: 0, y: 0, width: 1, height: 1 }) };
-            assert!(film.pixels[0].add([0.0; 3]) && film.pixels[0].add([0.0, s, 2.0 * s]));
+            assert!(film.add(0, 0, [0.0; 3]) && film.add(0, 1, [0.0, s, 2.0 * s]));
             let ([_, _, mean], [none, half, variance]) = (film.mean(0, 0), film.variance(0, 0));
             assert!(none == 0.0 && half.is_finite() && half > 0.0 && half <= variance, "{s}: {half} {variance}");
             (mean, variance, film.out_of_range())
@@ -205,8 +219,20 @@ mod tests {
         }
         // Samples in a unit of their own may be brighter than any f32.
         let mut film = Film { spp: 1, ..Film::new(Crop { x: 0, y: 0, width: 1, height: 1 }) };
-        assert!(film.pixels[0].add_in(2f64.powi(60), [1e30; 3]) && !film.pixels[0].add_in(2.0, [f32::NAN; 3]));
+        let mut sums = film.sums_mut();
+        assert!(sums.add(2f64.powi(60), 0, 0, [1e30; 3]) && !sums.add(2.0, 0, 1, [f32::NAN; 3]));
         assert_eq!((film.mean(0, 0), film.out_of_range()), ([f32::MAX; 3], OutOfRange { means: 1, ..fine }));
+    }
+
+    #[test]
+    fn a_pixel_takes_what_its_error_needs_and_no_more() {
+        let bytes = |sampler: Sampler| {
+            let film = Film::of_sampler(Crop { x: 0, y: 0, width: 30, height: 10 }, sampler);
+            let squares = film.squares.capacity() * size_of::<SquareSums>();
+            let tables = film.pixels.capacity() * size_of::<Pixel>() + squares;
+            (tables + film.groups.capacity() * size_of::<GroupSums>()) / 300
+        };
+        assert_eq!([Sampler::Independent, Sampler::Sobol].map(bytes), [48, 120]);
     }
 
     #[test]
@@ -216,8 +242,7 @@ mod tests {
             let mut film = Film::of_sampler(crop, Sampler::Sobol);
             film.spp = samples.len() as u32;
             for (number, &value) in samples.iter().enumerate() {
-                assert!(film.pixels[0].add([value; 3]));
-                film.groups[0].add(number as u32, [value; 3]);
+                assert!(film.add(0, number as u32, [value; 3]));
             }
             film
         };

@@ -8,27 +8,57 @@
 use crate::fault::{Fault, planted};
 use crate::image::atomic::Sink;
 use crate::image::{Bounds, Image, Windows, encoding};
+use ::exr::image::write::channels::WritableChannels;
 use ::exr::prelude::*;
 use std::io::{self, Cursor};
 
 const COLOR: [&str; 3] = ["R", "G", "B"];
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
-/// Writes radiance, variance (where the picture has it) and settings.
-pub(super) fn write(picture: &Image, out: &mut dyn Sink) -> io::Result<()> {
-    let plane = |pixels: &[[f32; 3]], c: usize| FlatSamples::F32(pixels.iter().map(|pixel| kept(pixel[c])).collect());
-    let mut channels = SmallVec::new();
-    for c in 0..3 {
-        channels.push(AnyChannel::new(COLOR[c], plane(&picture.pixels, c)));
-        if let Some(variance) = &picture.variance {
-            channels.push(AnyChannel::new(VARIANCE[c], plane(variance, c)));
-        }
+/// What a file says besides its pixels.
+pub(super) struct Header<'a> {
+    /// Columns and rows.
+    pub(super) size: (u32, u32),
+    /// As [`Image::metadata`].
+    pub(super) metadata: &'a [(String, String)],
+    /// As [`Image::windows`].
+    pub(super) windows: Option<Windows>,
+}
+
+/// Radiance and its variance at a column of a row.
+pub(super) type Pixels<'a> = &'a (dyn Fn(u32, u32) -> ([f32; 3], [f32; 3]) + Sync);
+
+/// Writes radiance, its variance (where it is known) and settings. Pixels are asked for row by row, as they are written: a
+/// copy of the values as f32, in pixels and again in planes, would take 48 bytes a pixel beside the film's 120.
+pub(super) fn write(header: &Header, pixels: Pixels, with_variance: bool, out: &mut dyn Sink) -> io::Result<()> {
+    let at = move |Vec2(x, y): Vec2<usize>| pixels(x as u32, y as u32);
+    let ([r, g, b], [variance_r, variance_g, variance_b]) = (COLOR, VARIANCE);
+    if with_variance {
+        let channels = SpecificChannels::build().with_channel(r).with_channel(g).with_channel(b);
+        let channels = channels.with_channel(variance_r).with_channel(variance_g).with_channel(variance_b);
+        let values = move |place| {
+            let ([r, g, b], variance) = at(place);
+            let ([r, g, b], [vr, vg, vb]) = ([r, g, b].map(kept), variance.map(kept));
+            (r, g, b, vr, vg, vb)
+        };
+        image(header, channels.with_pixel_fn(values)).write().non_parallel().to_buffered(out).map_err(encoding)
+    } else {
+        let channels = SpecificChannels::build().with_channel(r).with_channel(g).with_channel(b);
+        let values = move |place| {
+            let [r, g, b] = at(place).0.map(kept);
+            (r, g, b)
+        };
+        image(header, channels.with_pixel_fn(values)).write().non_parallel().to_buffered(out).map_err(encoding)
     }
-    let settings: Vec<String> = picture.metadata.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+}
+
+/// A file of one layer.
+fn image<'c, C: WritableChannels<'c> + 'c>(header: &Header, channels: C) -> ::exr::prelude::Image<Layer<C>> {
+    let settings: Vec<String> = header.metadata.iter().map(|(key, value)| format!("{key} = {value}")).collect();
     let attributes = LayerAttributes {
         software_name: Some(text(concat!("octray ", env!("CARGO_PKG_VERSION")))),
         comments: Some(text(&settings.join("\n"))),
-        layer_position: picture.windows.map_or(Vec2(0, 0), |Windows { data_origin: (x, y), .. }| Vec2(x, y)),
+        layer_position: header.windows.map_or(Vec2(0, 0), |Windows { data_origin: (x, y), .. }| Vec2(x, y)),
         ..LayerAttributes::default()
     };
     let encoding_options = Encoding {
@@ -36,14 +66,14 @@ pub(super) fn write(picture: &Image, out: &mut dyn Sink) -> io::Result<()> {
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let size = (picture.width as usize, picture.height as usize);
-    let layer = Layer::new(size, attributes, encoding_options, AnyChannels::sort(channels));
+    let size = (header.size.0 as usize, header.size.1 as usize);
+    let layer = Layer::new(size, attributes, encoding_options, channels);
     let mut image = ::exr::prelude::Image::from_layer(layer);
-    if let Some(Windows { display, .. }) = picture.windows {
+    if let Some(Windows { display, .. }) = header.windows {
         let size = (display.width as usize, display.height as usize);
         image.attributes.display_window = IntegerBounds::new((display.x, display.y), size);
     }
-    image.write().non_parallel().to_buffered(out).map_err(encoding)
+    image
 }
 
 /// A value as the file has it: as it is.

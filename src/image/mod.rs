@@ -62,7 +62,12 @@ impl Film {
         let path = path.as_ref();
         let format = Format::of(path)?;
         atomic::write(path, |out| match format {
-            Format::Exr => exr::write(&self.to_image(), out),
+            Format::Exr => {
+                let header =
+                    exr::Header { size: (self.width, self.height), metadata: &self.metadata, windows: self.windows() };
+                let pixels = |x, y| (self.mean(x, y), self.variance(x, y));
+                exr::write(&header, &pixels, self.sums().tell_errors(), out)
+            }
             Format::Png => png::write(self, out),
             Format::Hdr => hdr::write(self, out),
             Format::Pfm => pfm::write(self, out),
@@ -79,12 +84,17 @@ impl Film {
             // Where the error is not known, no figure says that it is 0.
             variance: self.sums().tell_errors().then(|| places().map(|(x, y)| self.variance(x, y)).collect()),
             metadata: self.metadata.clone(),
-            windows: self.place.map(|place| Windows {
-                display: Bounds { x: 0, y: 0, width: place.film.0, height: place.film.1 },
-                // A film has at most 65,535 columns and rows.
-                data_origin: (place.x as i32, place.y as i32),
-            }),
+            windows: self.windows(),
         }
+    }
+
+    /// Where these pixels lie, if they are not the whole film.
+    fn windows(&self) -> Option<Windows> {
+        self.place.map(|place| Windows {
+            display: Bounds { x: 0, y: 0, width: place.film.0, height: place.film.1 },
+            // A film has at most 65,535 columns and rows.
+            data_origin: (place.x as i32, place.y as i32),
+        })
     }
 
     /// The means of all pixels, row 0 at the top.
@@ -167,7 +177,11 @@ impl Image {
     /// # Errors
     /// [`Error::Write`]; an older file of that name is then untouched.
     pub fn save_exr(&self, path: impl AsRef<Path>) -> Result<()> {
-        atomic::write(path.as_ref(), |out| exr::write(self, out))
+        let header = exr::Header { size: (self.width, self.height), metadata: &self.metadata, windows: self.windows };
+        let at = |x: u32, y: u32| y as usize * self.width as usize + x as usize;
+        let variance = |index: usize| self.variance.as_ref().map_or([0.0; 3], |variance| variance[index]);
+        let pixels = |x, y| (self.pixels[at(x, y)], variance(at(x, y)));
+        atomic::write(path.as_ref(), |out| exr::write(&header, &pixels, self.variance.is_some(), out))
     }
 
     /// The picture as a PNG file shows it after `exposure` stops: 8-bit sRGB, three bytes a pixel.

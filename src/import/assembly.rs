@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::image::Image;
-use crate::import::obj::mesh::{ObjMaterial, ObjMesh, ObjTriangle, load_obj};
+use crate::import::obj::mesh::{ObjMaterial, ObjMesh, load_obj};
 use crate::import::obj::mtl::{MtlKind, MtlMaterial};
 use crate::import::toml::parse;
 use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, SceneFile};
@@ -10,7 +10,7 @@ use crate::nearest::nearest;
 use crate::scene::builtin;
 use crate::scene::camera::CameraPath;
 use crate::scene::desc::{
-    CameraDesc, CornerDesc, EnvironmentDesc, MapDesc, MaterialDesc, MeshDesc, RenderDesc, SceneDesc, TriangleDesc,
+    CameraDesc, EnvironmentDesc, MapDesc, MaterialDesc, MeshDesc, RenderDesc, SceneDesc, TriangleDesc,
 };
 use crate::scene::transform::{Similarity, Transform};
 use crate::scene::validate;
@@ -160,16 +160,11 @@ impl<'a> Assembly<'a> {
         if mesh.positions.iter().flatten().any(|x| !x.is_finite()) {
             return Err(fault("the transform moves vertices out of the range of f32: scale or translate less"));
         }
-        let (corners, materials) = (corners(&mesh, transform), self.materials.len() as u32);
-        let mirrored = transform.mirrors();
-        let triangle = |t: &ObjTriangle| TriangleDesc {
-            vertices: t.vertices,
-            material: materials + t.material,
-            flipped: t.flipped != mirrored,
-        };
-        let triangles = mesh.triangles.iter().map(triangle).collect();
-        self.scene.add_mesh(MeshDesc { positions: mesh.positions, triangles, corners }, Transform::Identity);
-        self.materials.extend(mesh.materials);
+        let ObjMesh { positions, mut triangles, corners, materials } = mesh;
+        let first_material = self.materials.len() as u32;
+        triangles.iter_mut().for_each(|triangle| triangle.material += first_material);
+        self.scene.add_mesh(MeshDesc { positions, triangles, corners }, Transform::Identity);
+        self.materials.extend(materials);
         Ok(())
     }
 
@@ -227,16 +222,6 @@ impl<'a> Assembly<'a> {
                 .push(format!("{count} triangle(s) have no area; they keep their numbers and are never hit"));
         }
     }
-}
-
-/// What the corners of `mesh` carry, in world space; nothing if none has anything.
-fn corners(mesh: &ObjMesh, transform: &Similarity) -> Vec<CornerDesc> {
-    let carries = |t: &ObjTriangle| t.normals != [[0.0; 3]; 3] || t.uvs != [[0.0; 2]; 3];
-    if !mesh.triangles.iter().any(carries) {
-        return Vec::new();
-    }
-    let normal = |n: [f32; 3]| transform.apply_to_normal(n);
-    mesh.triangles.iter().map(|t| CornerDesc { normals: t.normals.map(normal), uvs: t.uvs }).collect()
 }
 
 /// What several materials have in common, told once.

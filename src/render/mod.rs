@@ -10,10 +10,10 @@ pub mod sequence;
 mod tiles;
 mod workers;
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use crate::clock::Stopwatch;
+use crate::fault::{Fault, planted};
 use crate::film::{Film, NonFinite, Place, RelativeError};
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
@@ -26,7 +26,7 @@ use crate::tables::PreparedScene;
 use crate::trace::TraceVertex;
 use chance::brightest_by_chance;
 use passes::{PASS_SPP, pass_length, reaches};
-use tiles::{Tile, copy_into, cut_into_tiles, fill_from};
+use tiles::{Order, cut_into_tiles, reorder, tile_size};
 use workers::{Job, Worker};
 pub use workers::{PATHS_AT_ONCE, Progress, fill_slots};
 
@@ -59,7 +59,7 @@ pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn F
 pub fn render_from(
     scene: &PreparedScene,
     settings: &Settings,
-    start: Option<&Film>,
+    start: Option<Film>,
     progress: &(dyn Fn(Progress) -> bool + Sync),
 ) -> Render {
     let preparing = Stopwatch::start();
@@ -71,7 +71,7 @@ pub fn render_from(
 fn train_and_render(
     mut setup: Setup,
     settings: &Settings,
-    start: Option<&Film>,
+    start: Option<Film>,
     progress: &(dyn Fn(Progress) -> bool + Sync),
     setup_s: f64,
 ) -> Render {
@@ -85,22 +85,22 @@ fn train_and_render(
 fn render_trained(
     setup: &Setup,
     settings: &Settings,
-    start: Option<&Film>,
+    start: Option<Film>,
     progress: &(dyn Fn(Progress) -> bool + Sync),
     (setup_s, watch): (f64, Stopwatch),
 ) -> Render {
     let trained_s = watch.wall_seconds();
     let plan = Plan::new(setup);
     let spp = settings.spp.max(1);
-    let mut tiles = cut_into_tiles(setup, spp.min(PASS_SPP));
-    let mut done = 0;
-    if let Some(film) = start {
-        let own = |tile: &mut Mutex<Tile>| {
-            fill_from(tile.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner()), film, setup.frame.crop);
-        };
-        tiles.iter_mut().for_each(own);
-        done = film.spp;
+    let mut done = start.as_ref().map_or(0, |film| film.spp);
+    let (first, resumed) = (done, start.is_some());
+    let film = start.filter(|_| !planted(Fault::LostPass));
+    let mut film = film.unwrap_or_else(|| Film::of_sampler(setup.frame.crop, settings.sampler));
+    let tile = tile_size(spp.min(PASS_SPP));
+    if resumed {
+        reorder(&mut film, tile, Order::Tiles);
     }
+    let tiles = cut_into_tiles(setup, &mut film, tile);
     let threads = thread_count(settings.threads).min(tiles.len());
     let pixels = setup.frame.crop.width as u64 * setup.frame.crop.height as u64;
     let job = Job {
@@ -121,9 +121,8 @@ fn render_trained(
         progress,
     };
     let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&job)).collect();
-    let first = done;
     // A picture to go on from may be good enough as it is.
-    let mut error = start.and_then(|_| job.note_error());
+    let mut error = if resumed { job.note_error() } else { None };
     let reached = |done: u32, error: Option<RelativeError>, seconds: f64| {
         let by_chance = job.brightest > 0.0;
         let target = settings.target_error.is_some_and(|target| reaches(target, done, pixels, error, by_chance));
@@ -146,7 +145,13 @@ fn render_trained(
     let (render_s, cpu_s) = (watch.wall_seconds(), watch.cpu_seconds());
     let unseen_error = error.filter(|_| settings.target_error.is_some()).map(|error| error.unseen);
     let stats = Stats { threads, setup_s, render_s, cpu_s, finished, unseen_error, ..Stats::default() };
-    finish(&job, &workers, settings, done, stats)
+    let mut nonfinite = Vec::new();
+    for tile in job.tiles {
+        nonfinite.append(&mut tile.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()).nonfinite);
+    }
+    reorder(&mut film, tile, Order::Rows);
+    film.spp = done;
+    finish(setup, settings, &workers, film, nonfinite, stats)
 }
 
 /// The worker threads of a render: `asked`, or one for every core.
@@ -157,28 +162,24 @@ fn thread_count(asked: usize) -> usize {
     }
 }
 
-/// Tiles to film, counters to statistics.
-fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stats: Stats) -> Render {
-    let crop = job.setup.frame.crop;
-    let mut film = Film::of_sampler(crop, settings.sampler);
-    film.spp = spp;
-    let Crop { x, y, width, height } = crop;
-    let whole = (x, y, (width, height)) == (0, 0, job.setup.frame.film);
-    film.place = (!whole).then_some(Place { x, y, film: job.setup.frame.film });
-    let mut nonfinite = Vec::new();
-    for tile in &job.tiles {
-        let tile = tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        copy_into(&mut film.pixels, &tile.pixels, tile.area, crop);
-        if !tile.groups.is_empty() {
-            copy_into(&mut film.groups, &tile.groups, tile.area, crop);
-        }
-        nonfinite.extend_from_slice(&tile.nonfinite);
-    }
+/// What a render is besides its sums; counters to statistics. `nonfinite`: row, column and number of samples.
+fn finish(
+    setup: &Setup,
+    settings: &Settings,
+    workers: &[Worker],
+    mut film: Film,
+    mut nonfinite: Vec<(u32, u32, u32)>,
+    mut stats: Stats,
+) -> Render {
+    let Crop { x, y, width, height } = setup.frame.crop;
+    let whole = (x, y, (width, height)) == (0, 0, setup.frame.film);
+    film.place = (!whole).then_some(Place { x, y, film: setup.frame.film });
+    film.exposure = 0.0;
     nonfinite.sort_unstable();
     let mut counters = Counters::default();
     workers.iter().for_each(|worker| counters.add(&worker.counters));
-    stats.warnings.clone_from(&job.setup.warnings);
-    stats.learning.clone_from(&job.setup.learning);
+    stats.warnings.clone_from(&setup.warnings);
+    stats.learning.clone_from(&setup.learning);
     stats.paths = counters.paths;
     stats.rays = counters.rays;
     stats.guarded = counters.guarded;
@@ -186,9 +187,9 @@ fn finish(job: &Job, workers: &[Worker], settings: &Settings, spp: u32, mut stat
     stats.nonfinite = nonfinite.len() as u64;
     let shown = nonfinite.iter().take(NONFINITE_SHOWN);
     stats.nonfinite_samples =
-        shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(job.setup, (x, y), sample) }).collect();
-    let recipe = Recipe::new(&job.setup.scene.name, settings, &job.setup.frame);
-    film.metadata = recipe.and("spp", spp.to_string()).0;
+        shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(setup, (x, y), sample) }).collect();
+    let recipe = Recipe::new(&setup.scene.name, settings, &setup.frame);
+    film.metadata = recipe.and("spp", film.spp.to_string()).0;
     Render { film, stats }
 }
 

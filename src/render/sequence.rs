@@ -89,7 +89,7 @@ impl<'a> Sequence<'a> {
         &mut self,
         frame: u32,
         settings: &Settings,
-        start: Option<&Film>,
+        start: Option<Film>,
         progress: &(dyn Fn(Progress) -> bool + Sync),
     ) -> Render {
         let camera = self.camera(i64::from(frame));

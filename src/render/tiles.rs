@@ -1,18 +1,19 @@
 //! Tiles: rectangles of the film, each with the sums of its own pixels.
+//!
+//! The film lends its tables to the tiles, so that no sum exists twice. Meanwhile a table is in the order of the tiles, each of
+//! which is one piece of it: a band of tiles as high as a tile takes the same place in either order, so pixels move within
+//! bands only, with a copy of one band aside.
 
 use std::sync::Mutex;
 
-use crate::fault::{Fault, planted};
-use crate::film::{ErrorSums, Film, GroupSums, Pixel, Sums};
+use crate::film::{ErrorSums, Film, SumsMut};
 use crate::settings::Crop;
 use crate::setup::Setup;
 
 /// A rectangle of the film and what it has gathered.
-pub(super) struct Tile {
+pub(super) struct Tile<'f> {
     pub(super) area: Crop,
-    pub(super) pixels: Vec<Pixel>,
-    /// As [`Film::groups`].
-    pub(super) groups: Vec<GroupSums>,
+    sums: SumsMut<'f>,
     /// What the engines' radiances count in, W sr^-1 m^-2.
     unit: f64,
     pub(super) nonfinite: Vec<(u32, u32, u32)>,
@@ -30,60 +31,133 @@ pub(super) fn tile_size(pass_spp: u32) -> (u32, u32) {
     }
 }
 
-/// The tiles of a film for passes of so many samples.
-pub(super) fn cut_into_tiles(setup: &Setup, pass_spp: u32) -> Vec<Mutex<Tile>> {
-    let crop = setup.frame.crop;
-    let (width, height) = tile_size(pass_spp);
+/// The tiles of `film`, a picture of the setup's crop in the order of tiles ([`reorder`]) of this size.
+pub(super) fn cut_into_tiles<'f>(
+    setup: &Setup,
+    film: &'f mut Film,
+    (width, height): (u32, u32),
+) -> Vec<Mutex<Tile<'f>>> {
+    let (crop, spp) = (setup.frame.crop, film.spp);
+    let SumsMut { mut pixels, mut squares, mut groups } = film.sums_mut();
     let mut tiles = Vec::new();
     for y in (0..crop.height).step_by(height as usize) {
         for x in (0..crop.width).step_by(width as usize) {
             let (w, h) = ((crop.width - x).min(width), (crop.height - y).min(height));
             let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
-            let Film { pixels, groups, .. } = Film::of_sampler(area, setup.sampler);
-            let (unit, error) = (setup.scene.radiance_unit, ErrorSums::default());
-            tiles.push(Mutex::new(Tile { area, pixels, groups, unit, nonfinite: Vec::new(), error }));
+            let count = w as usize * h as usize;
+            let sums = SumsMut {
+                pixels: split_off(&mut pixels, count),
+                squares: split_off(&mut squares, count),
+                groups: split_off(&mut groups, count),
+            };
+            let mut tile = Tile {
+                area,
+                sums,
+                unit: setup.scene.radiance_unit,
+                nonfinite: Vec::new(),
+                error: ErrorSums::default(),
+            };
+            if spp > 0 {
+                tile.note_error(spp);
+            }
+            tiles.push(Mutex::new(tile));
         }
     }
     tiles
 }
 
-/// Puts into `tile` what `film`, a picture of `crop`, holds of it, and what that tells of its error.
-pub(super) fn fill_from(tile: &mut Tile, film: &Film, crop: Crop) {
-    if planted(Fault::LostPass) {
-        return;
-    }
-    copy_out(&mut tile.pixels, &film.pixels, tile.area, crop);
-    if !tile.groups.is_empty() {
-        copy_out(&mut tile.groups, &film.groups, tile.area, crop);
-    }
-    tile.error = ErrorSums::of(Sums { pixels: &tile.pixels, groups: &tile.groups, spp: film.spp });
+/// The first `count` of `table`, which is left with the others; nothing of an empty table.
+fn split_off<'f, T>(table: &mut &'f mut [T], count: usize) -> &'f mut [T] {
+    table.split_off_mut(..count).unwrap_or_default()
 }
 
-impl Tile {
-    pub(super) fn add(&mut self, index: usize, sample: u32, radiance: [f32; 3]) {
-        if !self.pixels[index].add_in(self.unit, radiance) {
-            let (x, y) = (index as u32 % self.area.width, index as u32 / self.area.width);
-            self.nonfinite.push((self.area.y + y, self.area.x + x, sample));
-        } else if let Some(groups) = self.groups.get_mut(index) {
-            groups.add_in(self.unit, sample, radiance);
+/// An order of a film's pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Row by row.
+    Rows,
+    /// Tile by tile, in each row by row.
+    Tiles,
+}
+
+/// Brings all tables of `film` from the other order into `to`, for tiles of this size.
+pub(super) fn reorder(film: &mut Film, tile: (u32, u32), to: Order) {
+    let width = film.width as usize;
+    reorder_table(&mut film.pixels, width, tile, to);
+    reorder_table(&mut film.squares, width, tile, to);
+    reorder_table(&mut film.groups, width, tile, to);
+}
+
+fn reorder_table<T: Copy>(table: &mut [T], width: usize, (tile_width, tile_height): (u32, u32), to: Order) {
+    let mut before = Vec::new();
+    for band in table.chunks_mut(width * tile_height as usize) {
+        before.clear();
+        before.extend_from_slice(band);
+        let rows = band.len() / width;
+        for x in (0..width).step_by(tile_width as usize) {
+            let columns = (width - x).min(tile_width as usize);
+            for row in 0..rows {
+                // All tiles to the left are full, as high as the band.
+                let (in_rows, in_tiles) = (row * width + x, x * rows + row * columns);
+                let (from, to) = if to == Order::Rows { (in_tiles, in_rows) } else { (in_rows, in_tiles) };
+                band[to..to + columns].copy_from_slice(&before[from..from + columns]);
+            }
         }
     }
 }
 
-/// Puts what a tile holds of every pixel of `area` where it belongs in `crop`.
-pub(super) fn copy_into<T: Copy>(film: &mut [T], tile: &[T], area: Crop, crop: Crop) {
-    for (row, pixels) in tile.chunks(area.width as usize).enumerate() {
-        let start = (area.y - crop.y) as usize + row;
-        let start = start * crop.width as usize + (area.x - crop.x) as usize;
-        film[start..start + pixels.len()].copy_from_slice(pixels);
+impl Tile<'_> {
+    /// Its pixels.
+    pub(super) fn len(&self) -> usize {
+        self.sums.pixels.len()
+    }
+
+    pub(super) fn add(&mut self, index: usize, sample: u32, radiance: [f32; 3]) {
+        if !self.sums.add(self.unit, index, sample, radiance) {
+            let (x, y) = (index as u32 % self.area.width, index as u32 / self.area.width);
+            self.nonfinite.push((self.area.y + y, self.area.x + x, sample));
+        }
+    }
+
+    /// Notes what `spp` samples a pixel tell of the error.
+    pub(super) fn note_error(&mut self, spp: u32) {
+        self.error = ErrorSums::of(self.sums.after(spp));
     }
 }
 
-/// The inverse of [`copy_into`].
-fn copy_out<T: Copy>(tile: &mut [T], film: &[T], area: Crop, crop: Crop) {
-    for (row, pixels) in tile.chunks_mut(area.width as usize).enumerate() {
-        let start = (area.y - crop.y) as usize + row;
-        let start = start * crop.width as usize + (area.x - crop.x) as usize;
-        pixels.copy_from_slice(&film[start..start + pixels.len()]);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Sampler;
+
+    #[test]
+    fn films_come_back_from_the_order_of_tiles_as_they_were() {
+        for (width, height, tile) in
+            [(1, 1, (16, 16)), (40, 33, (16, 16)), (64, 32, (64, 32)), (7, 70, (32, 16)), (100, 3, (32, 32))]
+        {
+            for sampler in Sampler::ALL.iter().copied() {
+                let mut film = Film::of_sampler(Crop { x: 5, y: 3, width, height }, sampler);
+                (0..film.pixels.len()).for_each(|i| assert!(film.add(i, i as u32, [i as f32, 1.0, 2.0])));
+                let before = film.clone();
+                reorder(&mut film, tile, Order::Tiles);
+                // Each tile is one piece, row by row.
+                let mut place = 0;
+                for y in (0..height).step_by(tile.1 as usize) {
+                    for x in (0..width).step_by(tile.0 as usize) {
+                        for row in y..(y + tile.1).min(height) {
+                            for column in x..(x + tile.0).min(width) {
+                                let index = (row * width + column) as usize;
+                                assert_eq!(film.pixels[place], before.pixels[index]);
+                                assert_eq!(film.groups.get(place), before.groups.get(index));
+                                assert_eq!(film.squares.get(place), before.squares.get(index));
+                                place += 1;
+                            }
+                        }
+                    }
+                }
+                reorder(&mut film, tile, Order::Rows);
+                assert_eq!((film.pixels, film.squares, film.groups), (before.pixels, before.squares, before.groups));
+            }
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use crate::clock::Stopwatch;
-use crate::film::{ErrorSums, RelativeError, Sums};
+use crate::film::{ErrorSums, RelativeError};
 use crate::packet::counters::{Counters, Stage};
 use crate::packet::plan::Plan;
 use crate::packet::queues::{Slots, TileState};
@@ -44,7 +44,7 @@ pub(super) struct Job<'a> {
     pub(super) setup: &'a Setup<'a>,
     pub(super) plan: &'a Plan,
     pub(super) engine: Engine,
-    pub(super) tiles: Vec<Mutex<Tile>>,
+    pub(super) tiles: Vec<Mutex<Tile<'a>>>,
     pub(super) next_tile: AtomicUsize,
     pub(super) samples: AtomicU64,
     /// Samples of earlier calls.
@@ -100,8 +100,8 @@ impl Job<'_> {
                 Engine::Scalar => self.scalar_tile(worker, &mut tile, range.clone()),
             }
             // By the thread that has the tile in its cache, so that between passes there is next to nothing to do.
-            tile.error = ErrorSums::of(Sums { pixels: &tile.pixels, groups: &tile.groups, spp: range.end });
-            let taken = tile.pixels.len() as u64 * range.len() as u64;
+            tile.note_error(range.end);
+            let taken = tile.len() as u64 * range.len() as u64;
             let samples = self.samples.fetch_add(taken, Ordering::Relaxed) + taken;
             self.report(samples);
         }
@@ -132,7 +132,7 @@ impl Job<'_> {
 
     fn packet_tile(&self, worker: &mut Worker, tile: &mut Tile, range: std::ops::Range<u32>) {
         let Some(state) = worker.state.as_mut() else { return };
-        let samples_at_once = (PATHS_AT_ONCE / tile.pixels.len()).max(1) as u32;
+        let samples_at_once = (PATHS_AT_ONCE / tile.len()).max(1) as u32;
         let mut first = range.start;
         while first < range.end {
             let count = samples_at_once.min(range.end - first);
@@ -150,7 +150,7 @@ impl Job<'_> {
 
     fn scalar_tile(&self, worker: &mut Worker, tile: &mut Tile, range: std::ops::Range<u32>) {
         let counters = &mut worker.counters;
-        for index in 0..tile.pixels.len() {
+        for index in 0..tile.len() {
             let pixel = (tile.area.x + index as u32 % tile.area.width, tile.area.y + index as u32 / tile.area.width);
             for sample in range.clone() {
                 let path = single::path::trace_path(self.setup, pixel, sample, &mut single::observer::Unobserved);

@@ -215,7 +215,7 @@ fn stopping_is_the_same_for_threads_and_engines_and_after_a_break() {
     let on = |spp: u32| {
         let start = render(&case.scene, &Settings { spp, ..case.settings() }).film;
         let settings = Settings { target_error: Some(0.5), ..case.settings() };
-        render_from(&case.scene, &settings, Some(&start), &|_| true).film
+        render_from(&case.scene, &settings, Some(start), &|_| true).film
     };
     assert_eq!(first_difference(&on(one.film.spp), &one.film), None);
     assert_eq!(first_difference(&on(256), &one.film), None);

@@ -85,11 +85,11 @@ fn a_render_that_goes_on_has_the_bits_of_one_that_never_stopped() {
             let settings = |spp: u32| Settings { sampler, engine, ..small(21, 17, spp) };
             let whole = render(&scene, &settings(23));
             let part = render(&scene, &settings(9)).film;
-            let on = render_from(&scene, &settings(23), Some(&part), &|_| true);
+            let on = render_from(&scene, &settings(23), Some(part.clone()), &|_| true);
             assert_eq!(first_difference(&whole.film, &on.film), None, "{sampler} {engine}");
             assert_eq!(whole.film.to_image(), on.film.to_image(), "{sampler} {engine}");
             // Nothing left to do: the picture as it is.
-            let same = render_from(&scene, &settings(9), Some(&part), &|_| true);
+            let same = render_from(&scene, &settings(9), Some(part.clone()), &|_| true);
             assert_eq!((first_difference(&same.film, &part), same.stats.rays.total()), (None, 0));
         }
     }

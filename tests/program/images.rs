@@ -10,10 +10,10 @@ use std::path::Path;
 fn film(width: u32, height: u32) -> Film {
     let mut film = Film::new(Crop { x: 0, y: 0, width, height });
     film.spp = 4;
-    for (index, pixel) in film.pixels.iter_mut().enumerate() {
+    for index in 0..film.pixels.len() {
         for sample in 0..4 {
             let value = (index as f32 + 1.0) * 0.01 * (1.0 + 0.1 * sample as f32);
-            assert!(pixel.add([value, value * value, 1.0 / value]));
+            assert!(film.add(index, sample, [value, value * value, 1.0 / value]));
         }
     }
     film.metadata = vec![("spp".into(), "4".into()), ("scene".into(), "Küche → hell.toml".into())];
@@ -93,8 +93,8 @@ fn png_holds_srgb_after_exposure_with_row_0_on_top() {
     let directory = tempfile::tempdir().unwrap();
     let mut film = Film::new(Crop { x: 0, y: 0, width: 2, height: 2 });
     film.spp = 1;
-    film.pixels[0].add([0.5, 0.0, 4.0]);
-    film.pixels[3].add([0.25, 0.002, 1.0]);
+    film.add(0, 0, [0.5, 0.0, 4.0]);
+    film.add(3, 0, [0.25, 0.002, 1.0]);
     let path = directory.path().join("a.png");
     let stored = |film: &Film| {
         film.save(&path).unwrap();

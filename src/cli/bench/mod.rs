@@ -10,12 +10,12 @@ mod rays;
 mod sampling;
 mod walks;
 
-use crate::api::Scene;
 use crate::cli::args;
 use crate::cli::args::EstimatorArgs;
 use crate::cli::examples;
 use crate::cli::numbers::{count, three_digits};
 use crate::cli::output::{JsonArgs, aligned, columns, wrapped};
+use crate::cli::progress::load;
 use crate::cli::stats::mrays_per_s;
 use crate::cli::{prepare, report, warn};
 use crate::error::Result;
@@ -55,7 +55,7 @@ pub struct BenchArgs {
 /// Runs the command; the exit status: 1 if two engines answer differently.
 pub fn run(args: &BenchArgs) -> Result<u8> {
     args.json.check()?;
-    let scene = Scene::load(&args.scene)?;
+    let scene = load(&args.scene, false)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     // What is measured is the work of a path, not whether another would have been better.
     let mut settings = scene.settings().without_learning();

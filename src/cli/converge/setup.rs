@@ -5,6 +5,7 @@ use crate::camera;
 use crate::cli::args::RrDepth;
 use crate::cli::converge::flags::ConvergeArgs;
 use crate::cli::diff::explain;
+use crate::cli::progress::load;
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::Image;
@@ -19,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 /// Loads the scenes and lays out what is to be run.
 pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
-    let scenes: Vec<Scene> = args.scenes.iter().map(Scene::load).collect::<Result<_>>()?;
+    let scenes: Vec<Scene> = args.scenes.iter().map(|path| load(path, args.quiet)).collect::<Result<_>>()?;
     let names = scene_names(&args.scenes);
     let of_scenes = shared_settings(&scenes);
     let settings = Settings {

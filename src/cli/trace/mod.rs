@@ -4,12 +4,12 @@ mod compare;
 mod json;
 mod story;
 
-use crate::api::Scene;
 use crate::check::scenes;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs};
 use crate::cli::examples;
 use crate::cli::output::{JsonArgs, columns};
+use crate::cli::progress::load;
 use crate::cli::{prepare, warn};
 use crate::error::{Error, Result};
 use crate::packet;
@@ -98,7 +98,7 @@ pub fn run(args: &TraceArgs) -> Result<u8> {
     let (mut settings, scene) = match args.scene.to_str().and_then(|path| path.strip_prefix(scenes::PREFIX)) {
         // As `check` renders them.
         Some(name) => scenes::load(name).map(|scene| (scene.settings().without_learning(), scene))?,
-        None => Scene::load(&args.scene).map(|scene| (scene.settings(), scene))?,
+        None => load(&args.scene, false).map(|scene| (scene.settings(), scene))?,
     };
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     args.estimator.apply(&mut settings);

@@ -1,6 +1,9 @@
 //! OBJ meshes and their MTL materials.
 
+pub mod corners;
+pub mod lines;
 pub mod mesh;
 pub mod mtl;
 pub mod text;
 pub mod triangulate;
+pub mod vectors;

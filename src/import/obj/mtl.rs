@@ -2,7 +2,7 @@
 //! numbers) and knows the lines; tobj then reads the file; the rules of the scene format give each material its kind.
 
 use crate::error::{Error, Result};
-use crate::import::obj::text::{logical_lines, split_keyword, values};
+use crate::import::obj::lines::{logical_lines, split_keyword, values};
 use crate::scene::validate::{IOR_RANGE, LEAST_COAT_IOR, MOST_RADIANCE};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

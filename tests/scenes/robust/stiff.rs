@@ -22,10 +22,13 @@ fn assert_sane(scene: &PreparedScene, what: &str) {
         for (lights, max_depth) in [(Lights::Uniform, Some(20)), (Lights::Power, Some(1)), (Lights::Power, Some(0))] {
             let settings = Settings { strategy, lights, max_depth, ..small(12, 12, 4) };
             let film = render_sanely(scene, &settings, &format!("{what}, {strategy}, {lights}, depth {max_depth:?}"));
-            let finite = |p: &octray::internal::film::Pixel| {
-                p.sum.iter().chain(&p.sum_squares).all(|x| x.is_finite() && *x >= 0.0)
-            };
-            assert!(film.pixels.iter().all(finite), "{what}, {strategy}: sums must be finite and not negative");
+            let squares = film.squares.iter().flat_map(|squares| squares.0);
+            let groups = film.groups.iter().flat_map(|groups| groups.0.into_iter().flatten());
+            let mut sums = film.pixels.iter().flat_map(|pixel| pixel.sum).chain(squares).chain(groups);
+            assert!(
+                sums.all(|x| x.is_finite() && x >= 0.0),
+                "{what}, {strategy}: sums must be finite and not negative"
+            );
         }
     }
 }
