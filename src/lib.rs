@@ -14,6 +14,9 @@
 //! }
 //! ```
 //!
+//! Whatever it was built for, the inner loops use the best SIMD instructions that the CPU has ([`SimdLevel`]); pictures do not
+//! depend on it.
+//!
 //! # The house
 //!
 //! Data flows one way, from files to tables to queues to the film:
@@ -39,11 +42,11 @@
 //! | [`scene`] | what a scene says: descriptions, the gate that checks them, scenes made in code |
 //! | `import` | files to [`scene::SceneDesc`] |
 //! | `tables` | [`scene::SceneDesc`] to `PreparedScene`; the table of material kinds; lights |
-//! | `bvh` | tree of eight children a node, and the walks through it; all give the same bits |
+//! | `bvh` | tree of eight children a node, and the walks through it (`walks`: once a SIMD level; `sixteen`: AVX-512); all give the same bits |
 //! | `strategy` | one row a strategy: what its samples count |
 //! | `setup` | one render, resolved: what both engines are told |
 //! | `learn` | what a training render finds out about lights and directions before a render begins; its laws |
-//! | `packet` | the fast engine: SoA queues, stages over eight lanes, the plan |
+//! | `packet` | the fast engine: SoA queues, the plan, stages over eight lanes (`kernels`: once a SIMD level) |
 //! | `reference` | the plain engine: one path at a time, compiled for `f32` and for `f64` |
 //! | `render` | threads over tiles, passes over samples; which engine; sequences of frames |
 //! | `sampler` | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
@@ -69,7 +72,7 @@
 //! - `packet` and `reference` never name each other. They share the prepared scene, the sample numbers, `math` and the film;
 //!   every formula is written twice, and tests demand equal bits.
 //! - Whatever can change a picture is made of `+ - * / sqrt`, comparisons and integer operations, in a stated order: no fused
-//!   multiply-add, no platform `sin`, no approximate reciprocal. So no bit depends on the SIMD level of the build.
+//!   multiply-add, no platform `sin`, no approximate reciprocal. So no bit depends on the SIMD level.
 //! - A random number is a function of (pixel, sample, dimension, seed), never of what was drawn before it.
 //! - A hit is a function of the ray and the triangles alone: the closest, on equal `t` the lowest id. Tree and walk never
 //!   change it.
