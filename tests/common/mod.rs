@@ -50,8 +50,9 @@ pub fn exact_strategies() -> impl Iterator<Item = octray::Strategy> {
     octray::Strategy::ALL.iter().copied().filter(|strategy| !strategy.is_biased())
 }
 
-/// Mean, its standard error and the effective count (sum x)^2 / sum x^2 of one channel over some pixels; x: the samples, or the
-/// sums of groups of samples where the film has those. (Of few effective samples, both come to about the same.)
+/// Mean, its standard error and the effective sample count (sum x)^2 / sum x^2 of one channel over some pixels. Of films that have
+/// sums of groups and no squares, sum x^2 is what the squares of those leave without the products of different samples, which are
+/// like the products of different groups; at least what it is for equal samples.
 pub struct Estimate {
     pub mean: f64,
     pub error: f64,
@@ -67,7 +68,13 @@ pub fn estimate(film: &Film, x: std::ops::Range<u32>, y: std::ops::Range<u32>, c
             let index = (row * film.width + column) as usize;
             sum += film.pixels[index].sum[channel];
             squares += match film.groups.get(index) {
-                Some(groups) => groups.0.iter().map(|group| group[channel] * group[channel]).sum(),
+                Some(groups) => {
+                    let count = groups.0.len() as f64;
+                    let together: f64 = groups.0.iter().map(|group| group[channel] * group[channel]).sum();
+                    let apart = film.pixels[index].sum[channel].powi(2) - together;
+                    let each = n / count;
+                    (together - (1.0 - 1.0 / each) * apart / (count - 1.0)).max(together / each)
+                }
                 None => film.squares[index].0[channel],
             };
             // Pixel by pixel: differences between pixels are the picture, not noise.
