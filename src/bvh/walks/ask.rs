@@ -1,4 +1,4 @@
-//! The walks of one level behind plain data: what [`crate::bvh::query`] calls.
+//! The walks of one level behind plain data: what `bvh::query` calls.
 
 use super::here;
 use crate::bvh::Bvh;

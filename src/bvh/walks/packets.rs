@@ -92,7 +92,7 @@ impl RayPacket {
     }
 }
 
-/// Eight closest hits. A hit is `P = (1-u-v) v0 + u v1 + v v2`. Where nothing is hit: `triangle` is [`NO_HIT`], `t` is the
+/// Eight closest hits. A hit is `P = (1-u-v) v0 + u v1 + v v2`. Where nothing is hit: `triangle` is `u32::MAX`, `t` is the
 /// ray's `tmax`, `u` and `v` are 0.
 ///
 /// ```

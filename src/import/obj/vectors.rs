@@ -1,7 +1,7 @@
 //! `v` and `vn` lines through tobj 4: the numbers of all of them, in file order.
 //!
 //! tobj gives out only what a face names, and finds what it has given out by a hash table. So a face line that names the last
-//! [`NAMED_AT_ONCE`] vectors follows each such block, and an `o` line that begins the next table. (One table for all of them
+//! `NAMED_AT_ONCE` vectors follows each such block, and an `o` line that begins the next table. (One table for all of them
 //! would not stay in the cache.)
 
 use std::fmt::Write;
