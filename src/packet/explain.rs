@@ -4,6 +4,7 @@ use crate::bvh::{RayKind, Walk};
 use crate::packet::counters::Stage;
 use crate::packet::plan::Plan;
 use crate::scene::desc::PixelFilter;
+use crate::settings::Sampler;
 use crate::setup::Setup;
 use crate::tables::lights::table::{EnvironmentLight, selection_name};
 use crate::tables::materials::{Lobes, MaterialKind, TABLE};
@@ -55,7 +56,10 @@ fn variant(setup: &Setup, plan: &Plan, stage: Stage) -> String {
             Some(_) => format!("to the environment{masks}"),
             None => format!("to light points and the environment{masks}"),
         },
-        Stage::AddToFilm => "sums and squares, f64".into(),
+        Stage::AddToFilm => match setup.sampler {
+            Sampler::Independent => "sums and squares, f64".into(),
+            Sampler::Sobol => "sums, and sums by group, f64".into(),
+        },
     }
 }
 
