@@ -64,7 +64,7 @@
 //! {render, api} > {packet, reference} > {import, setup, learn, film, image, camera, stats, trace} > tables > {scene, bvh} >
 //! {settings, strategy, sampler, lanes, simd, math, color, error, clock, fault, fingerprint, nearest, named_choice}`.
 //!
-//! A material kind is a row in `tables::materials::TABLE`, a file in `packet/bsdf` and one in `reference/bsdf` (each with
+//! A material kind is a row in `tables::materials::TABLE`, a file in `packet/kernels/bsdf` and one in `reference/bsdf` (each with
 //! its line in the folder's `mod.rs`), and what files say of it in `import`. A strategy is a row in `strategy::TABLE`.
 //!
 //! # Invariants

@@ -38,7 +38,7 @@ pub(crate) struct Flat {
     /// x, y, z in the first three lanes.
     pub(crate) corners: Vec<[f32; LANES]>,
     pub(crate) triangles: Vec<Triangle>,
-    /// By id, [`here::walks::triangle::least_det`].
+    /// By id, [`crate::simd::native::walks::triangle::least_det`].
     pub(crate) least_det: Vec<f32>,
 }
 

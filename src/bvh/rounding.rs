@@ -2,7 +2,7 @@
 
 /// What the closest hit is widened by before a box may be culled against it.
 pub(crate) const WIDENING: f32 = 1.0 + 1.0 / (1 << 21) as f32;
-/// What the rounding of a slab is bounded by, of all its terms ([`crate::bvh::walks::boxes`]).
+/// What the rounding of a slab is bounded by, of all its terms ([`crate::simd::native::walks::boxes`]).
 pub(crate) const ROUNDING: f32 = 1.0 / (1 << 22) as f32;
 /// Direction components are kept this far from 0: their inverses, times any coordinate up to 2^46, stay finite.
 pub(crate) const SMALLEST: f32 = 1.0 / (1u128 << 80) as f32;

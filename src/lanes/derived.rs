@@ -111,6 +111,22 @@ impl Not for Mask8 {
 }
 
 impl Mask8 {
+    /// No lane.
+    pub const NONE: Self = Self(F32x8::ZERO.0);
+    /// Every lane.
+    pub const ALL: Self = Self::from_lanes([true; LANES]);
+
+    /// Lane `i` is `lanes[i]`.
+    #[inline(always)]
+    pub const fn from_lanes(lanes: [bool; LANES]) -> Self {
+        let mut values = [0.0; LANES];
+        let mut lane = 0;
+        while lane < LANES {
+            values[lane] = f32::from_bits(if lanes[lane] { u32::MAX } else { 0 });
+            lane += 1;
+        }
+        Self(F32x8::from_array(values).0)
+    }
     /// Lane `i` is bit `i`.
     #[inline(always)]
     pub fn from_bits(bits: u8) -> Self {

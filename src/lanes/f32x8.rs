@@ -22,7 +22,7 @@ impl F32x8 {
     }
     /// Lane `i` is `values[i]`.
     #[inline(always)]
-    pub fn from_array(values: [f32; LANES]) -> Self {
+    pub const fn from_array(values: [f32; LANES]) -> Self {
         Self(f32x8::new(values))
     }
     /// `[i]` is lane `i`.

@@ -1,30 +1,14 @@
 //! Eight booleans, and what they choose.
 
-use super::types::{F32x8, LANES, Mask8, U32x8, binary_operator};
+use super::types::{F32x8, Mask8, U32x8, binary_operator};
 use std::ops::{BitAnd, BitOr, BitXor};
-use wide::{f32x8, u32x8};
+use wide::u32x8;
 
 binary_operator!(Mask8, BitAnd, bitand);
 binary_operator!(Mask8, BitOr, bitor);
 binary_operator!(Mask8, BitXor, bitxor);
 
 impl Mask8 {
-    /// No lane.
-    pub const NONE: Self = Self(f32x8::ZERO);
-    /// Every lane.
-    pub const ALL: Self = Self(f32x8::new([f32::from_bits(u32::MAX); LANES]));
-
-    /// Lane `i` is `lanes[i]`.
-    #[inline(always)]
-    pub const fn from_lanes(lanes: [bool; LANES]) -> Self {
-        let mut values = [0.0; LANES];
-        let mut lane = 0;
-        while lane < LANES {
-            values[lane] = f32::from_bits(if lanes[lane] { u32::MAX } else { 0 });
-            lane += 1;
-        }
-        Self(f32x8::new(values))
-    }
     /// Bit `i` is lane `i`.
     #[inline(always)]
     pub fn bits(self) -> u8 {

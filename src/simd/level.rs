@@ -83,8 +83,9 @@ impl SimdLevel {
         format!("this build on this CPU has no SIMD level `{self}`; it has: {}", known.join(", "))
     }
 
+    /// Whether this CPU has all instructions that code of this level is compiled with, here and in `bvh/sixteen`.
     #[cfg(target_arch = "x86_64")]
-    fn is_on_this_cpu(self) -> bool {
+    pub(crate) fn is_on_this_cpu(self) -> bool {
         match self {
             SimdLevel::Baseline => true,
             SimdLevel::Avx2 => {
@@ -105,8 +106,9 @@ impl SimdLevel {
         }
     }
 
+    /// Whether this CPU has the level: elsewhere there is one.
     #[cfg(not(target_arch = "x86_64"))]
-    fn is_on_this_cpu(self) -> bool {
+    pub(crate) fn is_on_this_cpu(self) -> bool {
         self == SimdLevel::Baseline
     }
 }

@@ -184,7 +184,7 @@ fn degenerate_trees() {
         for i in 0..500u32 {
             let at = |s: f32| direction.map(|x| x * s);
             let s = i as f32 * 0.01;
-            // Not all in one plane: see the limit in `src/bvh/triangle.rs`.
+            // Not all in one plane: see the limit in `src/bvh/walks/triangle.rs`.
             let turn = [(i as f32).sin(), (i as f32).cos(), (2.0 * i as f32).sin()];
             line.positions.extend([at(s), at(s + 0.01), [0, 1, 2].map(|k| at(s)[k] + 0.05 * turn[k])]);
             line.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);

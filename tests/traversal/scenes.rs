@@ -1,6 +1,6 @@
 //! The oracle, scenes and rays of the traversal tests.
 //!
-//! The oracle is plain scalar code over all triangles, written from the description in `src/bvh/triangle.rs`; it shares
+//! The oracle is plain scalar code over all triangles, written from the description in `src/bvh/walks/triangle.rs`; it shares
 //! nothing with the crate's walks.
 
 use octray::internal::bvh::Bvh;

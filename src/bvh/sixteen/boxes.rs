@@ -1,4 +1,4 @@
-//! Conservative box tests of sixteen rays; [`crate::bvh::boxes`] has their form and why it is so.
+//! Conservative box tests of sixteen rays; [`crate::simd::native::walks::boxes`] has their form and why it is so.
 //!
 //! What a far side is widened by, as a factor, is in the ray's constants here: that rounds them once more, so the absolute
 //! widening is twice that of eight rays, and the factor, too.
@@ -104,7 +104,7 @@ pub(super) fn negative(values: __m512) -> u16 {
     _mm512_movepi32_mask(_mm512_castps_si512(values))
 }
 
-/// [`crate::bvh::rounding::Interval`] of sixteen rays: near sides in the lower halves, far sides in the upper ones, there with all
+/// [`crate::simd::native::walks::boxes::Interval`] of sixteen rays: near sides in the lower halves, far sides in the upper ones, there with all
 /// signs turned, so that both take the same operations.
 pub(super) struct Interval {
     /// Brings near sides to the lower half.

@@ -1,4 +1,4 @@
-//! Sixteen rays at a time through a list of leaves; the twin is [`crate::bvh::walk_flat`], which says how and why.
+//! Sixteen rays at a time through a list of leaves; the twin is [`crate::simd::native::walks::walk_flat`], which says how and why.
 
 use crate::bvh::flat::{Flat, Leaf, Triangle};
 use crate::bvh::precise::PreciseRay;
@@ -26,7 +26,7 @@ struct Search<'a> {
     /// Which bounds of a leaf are each ray's near sides, which its far sides.
     near_side: [__m512i; 3],
     far_side: [__m512i; 3],
-    /// Of the rays, for [`crate::bvh::triangle::least_det`].
+    /// Of the rays, for [`crate::simd::native::walks::triangle::least_det`].
     reach: __m512,
 }
 

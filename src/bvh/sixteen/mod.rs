@@ -48,7 +48,7 @@ pub(super) struct Sixteen(());
 impl Sixteen {
     /// If `level` is AVX-512 and this CPU has that.
     pub(super) fn of(level: SimdLevel) -> Option<Sixteen> {
-        (level == SimdLevel::Avx512 && is_on_this_cpu()).then_some(Sixteen(()))
+        (level == SimdLevel::Avx512 && level.is_on_this_cpu()).then_some(Sixteen(()))
     }
 
     /// Closest hits of the rays `rows`, through the tree.
@@ -115,24 +115,4 @@ impl Sixteen {
             list::any((list, extent), (rays, rows), blocked, memory, counters);
         }
     }
-}
-
-/// Whether the CPU has what the functions of this folder are compiled for.
-#[cfg(target_arch = "x86_64")]
-fn is_on_this_cpu() -> bool {
-    is_x86_feature_detected!("avx512f")
-        && is_x86_feature_detected!("avx512dq")
-        && is_x86_feature_detected!("avx512vl")
-        && is_x86_feature_detected!("avx512bw")
-        && is_x86_feature_detected!("avx2")
-        && is_x86_feature_detected!("fma")
-        && is_x86_feature_detected!("bmi1")
-        && is_x86_feature_detected!("bmi2")
-        && is_x86_feature_detected!("lzcnt")
-        && is_x86_feature_detected!("popcnt")
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-fn is_on_this_cpu() -> bool {
-    false
 }

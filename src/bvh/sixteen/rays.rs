@@ -69,7 +69,7 @@ impl Rays {
         self.tmax = _mm512_mask_mov_ps(_mm512_set1_ps(f32::NEG_INFINITY), self.active, self.tmax);
     }
 
-    /// [`crate::bvh::triangle::reach`] of each.
+    /// [`crate::simd::native::walks::triangle::reach`] of each.
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,bmi1,bmi2,lzcnt,popcnt")]
     pub(super) fn reach(&self, extent: f32) -> __m512 {

@@ -17,7 +17,7 @@ pub(super) struct Search<'a> {
     pub(super) boxes: &'a Boxes,
     pub(super) interval: Option<&'a Interval>,
     triangles: &'a Triangles,
-    /// Of the rays, for [`crate::bvh::triangle::least_det`].
+    /// Of the rays, for [`crate::simd::native::walks::triangle::least_det`].
     reach: __m512,
 }
 

@@ -1,4 +1,4 @@
-//! Sixteen rays at a time through the tree; the twin is [`crate::bvh::walk_packet`], which says what was tried.
+//! Sixteen rays at a time through the tree; the twin is [`crate::simd::native::walks::walk_packet`], which says what was tried.
 
 use crate::bvh::node::{Tables, holds_precise, is_leaf, triangles_in};
 use crate::bvh::ray::{ANY_ID, HitQueue, RayQueue, WalkCounters};

@@ -1,4 +1,4 @@
-//! The triangle test of [`crate::bvh::triangle`] in sixteen lanes: of sixteen rays and one triangle, or of two rays and eight.
+//! The triangle test of [`crate::simd::native::walks::triangle`] in sixteen lanes: of sixteen rays and one triangle, or of two rays and eight.
 
 use crate::bvh::node::LeafBlock;
 use crate::bvh::precise::{PRECISE, PreciseRay};
@@ -70,7 +70,7 @@ impl Edges {
         _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(lanes, _mm512_abs_ps(self.det), least_det)
     }
 
-    /// [`crate::bvh::triangle::Edges::edge_on`].
+    /// [`crate::simd::native::walks::triangle::Edges::edge_on`].
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,bmi1,bmi2,lzcnt,popcnt")]
     fn edge_on(&self) -> u16 {
@@ -81,7 +81,7 @@ impl Edges {
         _mm512_cmp_ps_mask::<_CMP_LT_OQ>(_mm512_abs_ps(self.det), least)
     }
 
-    /// [`crate::bvh::triangle::Edges::near`].
+    /// [`crate::simd::native::walks::triangle::Edges::near`].
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,bmi1,bmi2,lzcnt,popcnt")]
     fn near(&self, moved: __m512) -> u16 {

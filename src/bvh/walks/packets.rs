@@ -60,8 +60,8 @@ impl RayPacket {
         RayPacket { origin: Vec3x8::new(ox, oy, oz), direction: Vec3x8::new(dx, dy, dz), tmin, tmax }
     }
 
-    /// The rays that are made of numbers, with directions in range. Others hit nothing, in any walk; in a packet they would spoil what is worked out
-    /// for all its rays at once.
+    /// The rays that are made of numbers, with directions in range. Others hit nothing, in any walk; in a packet they would
+    /// spoil what is worked out for all its rays at once.
     #[inline(always)]
     pub(crate) fn finite(&self) -> Mask8 {
         let (o, d) = (self.origin.scale(F32x8::ZERO), self.direction.scale(F32x8::ZERO));

@@ -1,7 +1,6 @@
 //! Eight booleans, and what they choose.
 
 use super::types::{F32x8, Mask8, U32x8, avx2, binary_operator};
-use crate::lanes::LANES;
 use std::arch::x86_64::*;
 
 binary_operator!(Mask8, BitAnd, bitand, _mm256_and_ps);
@@ -9,22 +8,6 @@ binary_operator!(Mask8, BitOr, bitor, _mm256_or_ps);
 binary_operator!(Mask8, BitXor, bitxor, _mm256_xor_ps);
 
 impl Mask8 {
-    /// No lane.
-    pub const NONE: Self = Self(F32x8::ZERO.0);
-    /// Every lane.
-    pub const ALL: Self = Self::from_lanes([true; LANES]);
-
-    /// Lane `i` is `lanes[i]`.
-    #[inline(always)]
-    pub const fn from_lanes(lanes: [bool; LANES]) -> Self {
-        let mut values = [0.0; LANES];
-        let mut lane = 0;
-        while lane < LANES {
-            values[lane] = f32::from_bits(if lanes[lane] { u32::MAX } else { 0 });
-            lane += 1;
-        }
-        Self(F32x8::from_array(values).0)
-    }
     /// Bit `i` is lane `i`.
     #[inline(always)]
     pub fn bits(self) -> u8 {

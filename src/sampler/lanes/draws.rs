@@ -40,11 +40,7 @@ impl PathNumbers8 {
     /// Those of BSDF samples at scattering event `event`.
     #[inline(always)]
     pub fn bsdf<const NEEDED: u8>(&self, event: u32) -> BsdfDraws<F32x8> {
-        let [a, b, lobe, roulette] = self.words::<NEEDED>(bsdf_block(event)).each(
-            #[inline(always)]
-            |word| unit_x8(word),
-        );
-        BsdfDraws { direction: [a, b], lobe, roulette }
+        self.words::<NEEDED>(bsdf_block(event)).into()
     }
     /// Those of light and BSDF samples at scattering event `event`, `LIGHT` and `BSDF` of their words: drawn together, since two
     /// blocks take hardly longer than one.
@@ -56,11 +52,7 @@ impl PathNumbers8 {
         let blocks = [light_block(event), bsdf_block(event)];
         let [light, bsdf] =
             sample_words_of_two::<LIGHT, BSDF>(self.sampler, self.pixel, self.sample, blocks, self.seed);
-        let [a, b, lobe, roulette] = bsdf.each(
-            #[inline(always)]
-            |word| unit_x8(word),
-        );
-        (light.into(), BsdfDraws { direction: [a, b], lobe, roulette })
+        (light.into(), bsdf.into())
     }
     #[inline(always)]
     fn words<const NEEDED: u8>(&self, block: u32) -> [U32x8; 4] {
@@ -73,6 +65,18 @@ impl From<[U32x8; 4]> for LightDraws<U32x8, F32x8> {
     #[inline(always)]
     fn from(words: [U32x8; 4]) -> Self {
         LightDraws { select: words[0], point: [unit_x8(words[1]), unit_x8(words[2])], last: words[3] }
+    }
+}
+
+/// The words of eight BSDF blocks by name.
+impl From<[U32x8; 4]> for BsdfDraws<F32x8> {
+    #[inline(always)]
+    fn from(words: [U32x8; 4]) -> Self {
+        let [a, b, lobe, roulette] = words.each(
+            #[inline(always)]
+            |word| unit_x8(word),
+        );
+        BsdfDraws { direction: [a, b], lobe, roulette }
     }
 }
 
