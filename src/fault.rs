@@ -96,6 +96,8 @@ pub enum Fault {
     EyeElsewhere,
     /// The walk of single rays finds nothing.
     BlindWalk,
+    /// Plans that put smooth normals back have them where there are none.
+    BentCorners,
 }
 
 /// What code that is compiled for f32 and f64 multiplies a value with, `epsilon` being its own: 1, unless

@@ -110,7 +110,7 @@ pub use film::Film;
 pub use lanes::{F32x8, Mask8, U32x8, Vec3x8};
 pub use render::sequence::Sequence;
 pub use render::{Progress, Render, render, render_from, render_with};
-pub use settings::{Crop, Engine, Guide, Lights, Roulette, Sampler, Settings, Train};
+pub use settings::{Crop, Engine, Guide, Lights, PlanChoice, Roulette, Sampler, Settings, Train};
 pub use simd::{SimdLevel, simd_level};
 pub use stats::{RayCounts, StageStats, Stats};
 pub use strategy::Strategy;

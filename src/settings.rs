@@ -23,6 +23,11 @@ named_choice! {
 }
 
 impl Lights {
+    /// Whether lights are chosen by a tree, where there is something to choose.
+    pub fn by_tree(self) -> bool {
+        self == Lights::Tree || self.learns()
+    }
+
     /// Whether a training render comes first.
     pub fn learns(self) -> bool {
         matches!(self, Lights::Learned | Lights::NeePlusPlus)
@@ -75,6 +80,41 @@ named_choice! {
         /// The same, but paths are kept that are expected to bring much to their pixel, as far as a training render can tell
         /// ([`crate::learn::guide`]).
         Learned = "learned",
+    }
+}
+
+named_choice! {
+    /// Which variants of its stages the packet engine runs. All give the same bits: the others are there to measure what is
+    /// gained by leaving out what a scene does not need.
+    PlanChoice, "plan", {
+        /// The least that the scene needs. The default.
+        Scene = "scene",
+        /// The most that any scene needs: all of the parts below are put back.
+        General = "general",
+        /// Smooth normals and textures alone: every triangle has a record of its corners.
+        Surfaces = "surfaces",
+        /// Cut-outs alone: every hit is tested, and shadow rays look for the closest.
+        CutOuts = "cut-outs",
+        /// The environment alone: rays that leave are shaded, by a map's variant, and light samples draw its numbers.
+        Environment = "environment",
+        /// The lens and the pixel filter alone.
+        Lens = "lens",
+        /// The light tree and the lights' textures alone, for a single lamp too.
+        Lights = "lights",
+        /// Queues of all material kinds and columns of all queues alone, by a look-up of every hit's class.
+        Queues = "queues",
+    }
+}
+
+impl PlanChoice {
+    /// Whether `part`, one of [`PlanChoice::parts`], is there whether the scene needs it or not.
+    pub fn puts_back(self, part: PlanChoice) -> bool {
+        PlanChoice::parts().contains(&part) && (self == PlanChoice::General || self == part)
+    }
+
+    /// The parts that can be put back one by one.
+    pub fn parts() -> &'static [PlanChoice] {
+        &PlanChoice::ALL[2..]
     }
 }
 
@@ -163,6 +203,8 @@ pub struct Settings {
     pub seed: u32,
     /// Which code computes the picture.
     pub engine: Engine,
+    /// Which variants of its stages the packet engine runs.
+    pub plan: PlanChoice,
     /// Worker threads; 0: one for every core.
     pub threads: usize,
     /// Film width; `None`: the scene's.
@@ -219,6 +261,7 @@ impl Default for Settings {
             rr_depth: Some(DEFAULT_RR_DEPTH),
             seed: 0,
             engine: Engine::Packet,
+            plan: PlanChoice::Scene,
             threads: 0,
             width: None,
             height: None,

@@ -253,8 +253,9 @@ impl Bvh {
     }
 }
 
-/// Camera-like if most rays share their octant with the next one and point nearly the same way, else bounced.
-fn guess_kind(rays: &RayQueue, count: usize) -> RayKind {
+/// What the first `count` rays of a queue may be taken for: camera rays if most point nearly the same way as the first of their
+/// eight, else bounced ones.
+pub fn guess_kind(rays: &RayQueue, count: usize) -> RayKind {
     let direction = |row: usize| [rays.dx[row], rays.dy[row], rays.dz[row]];
     let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let (mut alike, mut looked) = (0, 0);

@@ -11,7 +11,7 @@ use crate::packet;
 use crate::packet::plan::Plan;
 use crate::reference::{path_steps, single};
 use crate::render::render;
-use crate::settings::{Lights, Sampler, Settings, Train};
+use crate::settings::{Lights, PlanChoice, Sampler, Settings, Train};
 use crate::setup::Setup;
 use crate::strategy::Strategy;
 use crate::trace::first_difference;
@@ -27,6 +27,7 @@ pub const CHECKS: &[Check] = &[
     Check { group: "engines", what: "strategies_lights_and_samplers", run: strategies_lights_and_samplers },
     Check { group: "engines", what: "threads", run: threads },
     Check { group: "engines", what: "walks", run: walks },
+    Check { group: "engines", what: "plans", run: plans },
 ];
 
 /// Scenes by name and numbers.
@@ -163,6 +164,22 @@ fn threads(effort: &Effort) -> Result<Outcome> {
     Ok(Outcome::at_most(pixels as f64, 0.0).tried(samples, tried).note(what))
 }
 
+/// The plan that each scene needs and the one that any scene may need.
+fn plans(effort: &Effort) -> Result<Outcome> {
+    let mut differing = Differing::default();
+    let cases = [scale::CASES, lights::CASES, transport::CASES, geometry::CASES, SKIES];
+    for &(name, numbers) in cases.into_iter().flatten() {
+        let trial = Trial::new(name, numbers)?;
+        let own = Settings { max_depth: Some(16), ..small(16, effort.samples(2, 1)) };
+        let general = Settings { plan: PlanChoice::General, ..own.clone() };
+        let films = [&render(&trial.prepared, &own).film, &render(&trial.prepared, &general).film];
+        differing.add(&trial.prepared.name, &trial.prepared, &own, films);
+    }
+    let Differing { pixels, what, samples, pictures, .. } = differing;
+    let tried = format!("samples of {pictures} pictures by their own and the general plan, pixels whose bits differ");
+    Ok(Outcome::at_most(pixels as f64, 0.0).tried(samples, tried).note(what))
+}
+
 /// Every walk through the tree and through the list of leaves, rays at vertices and edges.
 fn walks(effort: &Effort) -> Result<Outcome> {
     let (mut differ, mut count, mut notes) = (0, 0, Vec::new());
@@ -201,5 +218,6 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
         (ScalarDensity, &["engines/paths_in_closed_meshes", "engines/geometry"]),
         (ForgottenShadowRays, &["engines/strategies_lights_and_samplers"]),
         (BlindWalk, &["engines/walks"]),
+        (BentCorners, &["engines/plans"]),
     ]
 };

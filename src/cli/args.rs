@@ -1,6 +1,6 @@
 //! Flags that several commands share, and how their values are read. Precedence: flag, scene's `[render]`, default.
 
-use crate::settings::{Crop, Guide, Lights, MAX_FILM_SIDE, Roulette, Sampler, Settings, Train};
+use crate::settings::{Crop, Guide, Lights, MAX_FILM_SIDE, PlanChoice, Roulette, Sampler, Settings, Train};
 use crate::strategy::Strategy;
 use clap::Args;
 use std::fmt::Display;
@@ -44,6 +44,14 @@ impl EstimatorArgs {
         settings.rr_depth = self.rr_depth.map_or(settings.rr_depth, |RrDepth(depth)| depth);
         settings.seed = self.seed.unwrap_or(settings.seed);
     }
+}
+
+/// Which variants of its stages the packet engine runs.
+#[derive(Args)]
+pub struct PlanArgs {
+    #[arg(long, value_name = "P", help = plan_help(), default_value_t = PlanChoice::Scene, hide_default_value = true,
+          value_parser = |text: &str| named::<PlanChoice>(text, &[]))]
+    pub plan: PlanChoice,
 }
 
 /// The size of the film.
@@ -102,6 +110,15 @@ pub fn train_help() -> String {
     let default = Settings::default().train;
     format!(
         "Paths of the training render of --lights learned and nee-plus-plus, --guide and --roulette learned; `auto`: by the film's size [default: {default}]"
+    )
+}
+
+fn plan_help() -> String {
+    format!(
+        "What stages hold besides what the scene needs, for measuring: scene (nothing), general (all that any scene needs) \
+         or one part of that, {}; the bits are the same [default: {}]",
+        names(PlanChoice::parts()),
+        Settings::default().plan
     )
 }
 

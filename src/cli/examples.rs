@@ -63,7 +63,9 @@ Examples:
   octray bench scenes/cornell.toml --size 128 --runs 9
       of your own, smaller and with more rounds
   octray bench scenes/cornell.toml --strategy nee --json=bench.json
-      of another strategy; the rows as JSON";
+      of another strategy; the rows as JSON
+  octray bench heavy.obj --rays heavy.primary.rays --rays heavy.shadow.rays
+      of rays that another ray tracer is given, too";
 
 /// Of `octray converge`.
 pub const CONVERGE: &str = "\

@@ -2,7 +2,7 @@
 
 use crate::api::Scene;
 use crate::camera;
-use crate::cli::args::EstimatorArgs;
+use crate::cli::args::{EstimatorArgs, PlanArgs};
 use crate::cli::examples;
 use crate::cli::numbers::{count, three_digits};
 use crate::cli::output::{JsonArgs, table};
@@ -29,6 +29,8 @@ pub struct InfoArgs {
     scene: PathBuf,
     #[command(flatten)]
     estimator: EstimatorArgs,
+    #[command(flatten)]
+    plan: PlanArgs,
     #[command(flatten)]
     json: JsonArgs,
 }
@@ -92,6 +94,7 @@ pub fn run(args: &InfoArgs) -> Result<u8> {
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
+    settings.plan = args.plan.plan;
     let prepared = prepare(&scene)?;
     let of_view = camera::warnings(&scene.desc.camera, scene.desc.film.1);
     of_view.iter().for_each(|warning| warn(warning));

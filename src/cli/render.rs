@@ -3,7 +3,7 @@
 use crate::api::Scene;
 use crate::camera;
 use crate::cli::args;
-use crate::cli::args::{EstimatorArgs, FilmArgs};
+use crate::cli::args::{EstimatorArgs, FilmArgs, PlanArgs};
 use crate::cli::examples;
 use crate::cli::frames::{FrameArgs, Shot};
 use crate::cli::interrupt;
@@ -20,7 +20,7 @@ use crate::render::sequence::{Sequence, seed_of};
 use crate::render::{Render, render_from};
 use crate::scene::desc::CameraDesc;
 use crate::scene::validate::camera_fault;
-use crate::settings::{Crop, Engine, Sampler, Settings};
+use crate::settings::{Crop, Engine, PlanChoice, Sampler, Settings};
 use crate::setup::frame::Frame;
 use crate::tables::{PreparedScene, scale_limits};
 use std::collections::BTreeSet;
@@ -60,6 +60,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "E", default_value_t = Settings::default().engine,
           value_parser = |text: &str| args::named::<Engine>(text, &[]))]
     engine: Engine,
+    #[command(flatten)]
+    plan: PlanArgs,
     /// Worker threads [default: one for every core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096), allow_negative_numbers = true)]
     threads: Option<u16>,
@@ -90,6 +92,10 @@ fn spp_help() -> String {
 
 /// Runs the command; the exit status.
 pub fn run(args: &RenderArgs) -> Result<u8> {
+    if args.engine == Engine::Scalar && args.plan.plan != PlanChoice::Scene {
+        let message = "--plan: the scalar engine has no plan; leave out --plan or --engine scalar";
+        return Err(Error::Usage(message.into()));
+    }
     let shots = args.sequence.shots(&args.output, args.stats.as_deref())?;
     shots.iter().try_for_each(check_outputs)?;
     let mut scene = load(&args.scene, args.quiet)?;
@@ -229,6 +235,7 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
     settings.time = args.time;
     settings.target_error = args.target_error;
     settings.engine = args.engine;
+    settings.plan = args.plan.plan;
     settings.threads = args.threads.unwrap_or(0) as usize;
     settings.crop = args.crop;
     settings

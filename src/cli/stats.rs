@@ -25,6 +25,8 @@ pub struct Report<'a> {
     learning: &'a Option<Learning>,
     sampler: &'static str,
     engine: &'static str,
+    /// What stages held besides what the scene needs.
+    plan: &'static str,
     simd: &'static str,
     threads: usize,
     width: u32,
@@ -104,6 +106,7 @@ impl<'a> Report<'a> {
             learning: &stats.learning,
             sampler: settings.sampler.name(),
             engine: settings.engine.name(),
+            plan: settings.plan.name(),
             simd: simd_level(),
             threads: stats.threads,
             width: film.0,

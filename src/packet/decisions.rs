@@ -1,9 +1,13 @@
 //! What is decided once for a render, for its stages to read.
 
+use crate::fault::{Fault, planted};
 use crate::packet::queues::{QueueNeeds, TileState};
-use crate::settings::Roulette;
+use crate::settings::{PlanChoice, Roulette};
 use crate::setup::Setup;
 use crate::strategy::Weight;
+use crate::tables::PreparedScene;
+use crate::tables::alpha_masks::{AlphaMaskTable, WHOLE};
+use crate::tables::corners::{CornerRecord, FLAT, SMOOTH};
 use crate::tables::lights::table::{EnvironmentLight, Selection};
 use crate::tables::materials::{KindRow, Lobes, MaterialKind, PerKind, TABLE};
 
@@ -25,12 +29,29 @@ pub struct Decisions {
     pub last_drawn_counts: bool,
     /// Whether emission can count after a last delta event.
     pub last_delta_counts: bool,
+    /// Surfaces look their textures up.
+    pub textures: bool,
+    /// Light samples draw what an environment needs, too.
+    pub environment_numbers: bool,
+    /// Camera rays start on a lens, and spread as a filter has it, where there is one.
+    pub lens_and_filter: bool,
+    /// Tables that the scene does without, of a plan that is more general than the scene needs.
+    extra: ExtraTables,
+}
+
+/// Tables that say nothing.
+#[derive(Default)]
+struct ExtraTables {
+    corners: Vec<CornerRecord>,
+    alpha_masks: AlphaMaskTable,
 }
 
 impl Decisions {
     /// Those of one render.
     pub fn new(setup: &Setup) -> Decisions {
         let (scene, row) = (setup.scene, setup.strategy.row());
+        let puts_back = |part: PlanChoice| setup.plan.puts_back(part);
+        let queues = puts_back(PlanChoice::Queues);
         let emission_counts = row.certain_hit != Weight::Zero || row.hit != Weight::Zero;
         let events = setup.max_depth > 0;
         let some = |holds: fn(&KindRow) -> bool| TABLE.iter().any(|row| holds(row) && scene.features.kinds[row.kind]);
@@ -39,36 +60,72 @@ impl Decisions {
         let needs = QueueNeeds {
             pdf,
             cosine: pdf
-                && (glossy || setup.guide.is_some())
-                && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_))),
-            normal: pdf && matches!(setup.lights.selection, Selection::Tree(_)),
-            row: pdf && setup.lights.learned.is_some(),
+                && (queues
+                    || (glossy || setup.guide.is_some())
+                        && matches!(setup.lights.environment, Some(EnvironmentLight::Constant(_)))),
+            normal: pdf && (queues || matches!(setup.lights.selection, Selection::Tree(_))),
+            row: pdf && (queues || setup.lights.learned.is_some()),
             albedo: setup.roulette != Roulette::Throughput,
             inverse_pixel: setup.roulette == Roulette::Learned && setup.guide.is_some(),
-            misses: scene.environment.is_some() && emission_counts,
-            emitters: !scene.emitters.is_empty() && emission_counts,
-            surfaces: PerKind::new(|kind| events && kind.scatters() && scene.features.kinds[kind]),
-            shadow: some(|row| row.lobes == Lobes::Density) && events && setup.samples_lights(),
-            targets: !setup.lights.records.is_empty(),
-            positions: scene.bvh.precise_triangles().1 > 0,
-            alpha_masks: scene.features.alpha_masks,
+            misses: (puts_back(PlanChoice::Environment) || scene.environment.is_some()) && emission_counts,
+            emitters: (queues || !scene.emitters.is_empty()) && emission_counts,
+            surfaces: PerKind::new(|kind| events && kind.scatters() && (queues || scene.features.kinds[kind])),
+            shadow: (queues || some(|row| row.lobes == Lobes::Density)) && events && setup.samples_lights(),
+            targets: queues || !setup.lights.records.is_empty(),
+            positions: queues || scene.bvh.precise_triangles().1 > 0,
+            alpha_masks: puts_back(PlanChoice::CutOuts) || scene.features.alpha_masks,
         };
+        let surfaces = puts_back(PlanChoice::Surfaces);
         let first = scene.classes.first().copied();
         let lit = !setup.lights.is_empty();
         Decisions {
             needs,
             kinds: MaterialKind::ALL.into_iter().filter(|&kind| needs.surfaces[kind]).collect(),
-            detail: !scene.corners.is_empty(),
+            detail: surfaces || !scene.corners.is_empty(),
             learned: setup.guide.is_some(),
-            only_class: first.filter(|class| scene.classes.iter().all(|c| c == class)),
-            shadow_tmax: setup.lights.records.is_empty().then_some(f32::INFINITY),
+            only_class: first.filter(|class| !queues && scene.classes.iter().all(|c| c == class)),
+            shadow_tmax: (!queues && setup.lights.records.is_empty()).then_some(f32::INFINITY),
             last_drawn_counts: lit && row.hit != Weight::Zero,
             last_delta_counts: lit && row.certain_hit != Weight::Zero,
+            textures: surfaces || scene.features.textures,
+            environment_numbers: puts_back(PlanChoice::Environment),
+            lens_and_filter: puts_back(PlanChoice::Lens),
+            extra: ExtraTables::new(scene, surfaces, needs.alpha_masks),
         }
+    }
+
+    /// What the corners of triangles carry; empty where nothing asks for it.
+    pub fn corners<'a>(&'a self, scene: &'a PreparedScene) -> &'a [CornerRecord] {
+        if scene.corners.is_empty() { &self.extra.corners } else { &scene.corners }
+    }
+
+    /// What is cut out.
+    pub fn alpha_masks<'a>(&'a self, scene: &'a PreparedScene) -> &'a AlphaMaskTable {
+        if scene.alpha_masks.is_empty() { &self.extra.alpha_masks } else { &scene.alpha_masks }
     }
 
     /// One thread's queues, for `capacity` paths.
     pub fn tile_state(&self, capacity: usize) -> TileState {
         TileState::new(capacity, self.needs, self.shadow_tmax.unwrap_or(1.0))
+    }
+}
+
+impl ExtraTables {
+    /// Those that `scene` has not, as far as they are asked for.
+    fn new(scene: &PreparedScene, corners: bool, alpha_masks: bool) -> ExtraTables {
+        let mut extra = ExtraTables::default();
+        if corners && scene.corners.is_empty() {
+            let flat = |normal| CornerRecord { normals: [normal; 3], uvs: [[0.0; 2]; 3], smoothness: FLAT };
+            extra.corners = scene.triangles.iter().map(|triangle| flat(triangle.normal)).collect();
+            if planted(Fault::BentCorners) {
+                let bent =
+                    CornerRecord { normals: [[0.6, 0.0, 0.8], [0.0, 0.8, 0.6], [0.8, 0.6, 0.0]], ..extra.corners[0] };
+                extra.corners.fill(CornerRecord { smoothness: SMOOTH, ..bent });
+            }
+        }
+        if alpha_masks && scene.alpha_masks.is_empty() {
+            extra.alpha_masks.record_of = vec![WHOLE; scene.triangles.len()];
+        }
+        extra
     }
 }

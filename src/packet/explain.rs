@@ -4,7 +4,7 @@ use crate::bvh::{RayKind, Walk};
 use crate::packet::counters::Stage;
 use crate::packet::plan::Plan;
 use crate::scene::desc::PixelFilter;
-use crate::settings::Sampler;
+use crate::settings::{PlanChoice, Sampler};
 use crate::setup::Setup;
 use crate::tables::lights::table::{EnvironmentLight, selection_name};
 use crate::tables::materials::{Lobes, MaterialKind, TABLE};
@@ -52,8 +52,8 @@ fn variant(setup: &Setup, plan: &Plan, stage: Stage) -> String {
         Stage::ShadeEmitter => weight.into(),
         Stage::Shade(kind) => surface(setup, plan, kind),
         Stage::IntersectShadow => match plan.decisions.shadow_tmax {
-            Some(1.0) => format!("to light points{masks}"),
             Some(_) => format!("to the environment{masks}"),
+            None if setup.lights.environment.is_none() => format!("to light points{masks}"),
             None => format!("to light points and the environment{masks}"),
         },
         Stage::AddToFilm => match setup.sampler {
@@ -101,31 +101,35 @@ fn walks(setup: &Setup) -> String {
 pub fn left_out(setup: &Setup) -> Vec<LeftOut> {
     let scene = setup.scene;
     let mut list = Vec::new();
-    let mut unless = |needed: bool, what: &'static str, why: String| {
-        if !needed {
+    let mut unless = |part: PlanChoice, needed: bool, what: &'static str, why: String| {
+        if !needed && !setup.plan.puts_back(part) {
             list.push(LeftOut { what, why });
         }
     };
     let strategy = format!("{} draws no light samples", setup.strategy);
     let nothing = "no surface scatters".to_string();
-    unless(scene.environment.is_some(), "environment", "the scene names none".into());
-    unless(scene.features.textures, "textures", "no material has one".into());
+    use PlanChoice::{CutOuts, Environment, Lens, Queues, Surfaces};
+    unless(Environment, scene.environment.is_some(), "environment", "the scene names none".into());
+    unless(Surfaces, scene.features.textures, "textures", "no material has one".into());
     for row in TABLE.iter().filter(|row| !row.absent.is_empty()) {
-        unless(scene.features.kinds[row.kind], row.name, row.absent.into());
+        unless(Queues, scene.features.kinds[row.kind], row.name, row.absent.into());
     }
-    unless(setup.camera.lens.is_some(), "lens", "the camera is a pinhole".into());
-    unless(scene.features.smooth_normals, "smooth normals", "surfaces are shaded with their geometric normals".into());
-    unless(scene.features.alpha_masks, "cut-outs", "no material is cut out".into());
-    unless(setup.camera.filter != PixelFilter::Box, "pixel filter", "the box filter needs no weights".into());
+    unless(Lens, setup.camera.lens.is_some(), "lens", "the camera is a pinhole".into());
+    let why = "surfaces are shaded with their geometric normals".into();
+    unless(Surfaces, scene.features.smooth_normals, "smooth normals", why);
+    unless(CutOuts, scene.features.alpha_masks, "cut-outs", "no material is cut out".into());
+    let why = "the box filter needs no weights".into();
+    unless(Lens, setup.camera.filter != PixelFilter::Box, "pixel filter", why);
     let selects = setup.samples_lights() && setup.lights.records.len() > 1;
     let single = if setup.lights.records.len() == 1 { "there is one light" } else { "there is nothing to choose from" };
     let why = if setup.strategy.samples_lights() { single.to_string() } else { strategy.clone() };
-    unless(selects, "light selection", why);
+    unless(PlanChoice::Lights, selects, "light selection", why);
     let why = if setup.strategy.samples_lights() { "the scene has no light".to_string() } else { strategy };
-    unless(setup.samples_lights(), "light sampling", why);
+    // What follows is no work that a more general plan would do.
+    unless(PlanChoice::Scene, setup.samples_lights(), "light sampling", why);
     let roulette = setup.rr_depth <= setup.max_depth;
     let why = if setup.rr_depth == u32::MAX { "it is switched off" } else { "paths end before it would start" };
-    unless(roulette, "roulette", why.into());
-    unless(scene.features.scatters(), "surface shading", nothing);
+    unless(PlanChoice::Scene, roulette, "roulette", why.into());
+    unless(PlanChoice::Scene, scene.features.scatters(), "surface shading", nothing);
     list
 }

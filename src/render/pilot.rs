@@ -81,7 +81,7 @@ impl<'t> Wanted<'t> {
             return nothing(none("no light is sampled", "nothing scatters light"));
         }
         let tree = match setup.lights.selection {
-            Selection::Tree(tree) if lights && setup.samples_lights() => Some(tree),
+            Selection::Tree(tree) if lights && tree.choice && setup.samples_lights() => Some(tree),
             _ => None,
         };
         let maps = matches!(setup.lights.environment, Some(EnvironmentLight::Map(..)));

@@ -9,7 +9,7 @@ use crate::camera;
 use crate::camera::Camera;
 use crate::learn::outcome::Learning;
 use crate::scene::desc::CameraDesc;
-use crate::settings::{DEPTH_GUARD, Roulette, Sampler, Settings};
+use crate::settings::{DEPTH_GUARD, PlanChoice, Roulette, Sampler, Settings};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
 use crate::tables::guide::Guide;
@@ -25,6 +25,8 @@ pub struct Setup<'a> {
     pub camera: Camera,
     /// How direct light is estimated.
     pub strategy: Strategy,
+    /// Which variants of its stages the packet engine runs.
+    pub plan: PlanChoice,
     /// Scattering events a path may have.
     pub max_depth: u32,
     /// First depth at which roulette may end a path; `u32::MAX`: never.
@@ -56,12 +58,17 @@ impl<'a> Setup<'a> {
     pub fn seen_by(scene: &'a PreparedScene, settings: &Settings, camera: &CameraDesc) -> Setup<'a> {
         let frame = Frame::nearest(settings, scene.film);
         let (width, height) = frame.film;
+        // Only weights by density make up for what compensated light samples leave to the BSDF.
+        let mut lights = LightTable::new(scene, settings.lights, settings.strategy.is_mis());
+        if settings.plan.puts_back(PlanChoice::Lights) {
+            lights.generalise(scene, settings.lights);
+        }
         Setup {
             scene,
-            // Only weights by density make up for what compensated light samples leave to the BSDF.
-            lights: LightTable::new(scene, settings.lights, settings.strategy.is_mis()),
+            lights,
             camera: Camera::new(camera, scene.filter, width, height),
             strategy: settings.strategy,
+            plan: settings.plan,
             max_depth: settings.max_depth.unwrap_or(DEPTH_GUARD).min(DEPTH_GUARD),
             rr_depth: settings.rr_depth.unwrap_or(u32::MAX),
             // There is nothing yet that was learned.

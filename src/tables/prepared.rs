@@ -57,8 +57,8 @@ pub struct PreparedScene {
     pub environment: Option<Environment>,
     /// The acceleration structure.
     pub bvh: Bvh,
-    /// The light tree, built when it is first asked for.
-    light_tree: OnceLock<Option<LightTree>>,
+    /// The light tree, if there is something to choose from, and one whether there is or not; built when first asked for.
+    light_trees: [OnceLock<Option<LightTree>>; 2],
     patches: [OnceLock<Arc<Patches>>; 2],
     /// What the scene holds.
     pub features: Features,
@@ -126,7 +126,7 @@ impl PreparedScene {
             emitters,
             environment,
             bvh,
-            light_tree: OnceLock::new(),
+            light_trees: Default::default(),
             patches: Default::default(),
             features,
             warnings,
@@ -135,13 +135,14 @@ impl PreparedScene {
         })
     }
 
-    /// The light tree, if there is anything to choose from; `powers` are those of the emitters.
-    pub(super) fn light_tree(&self, powers: impl FnOnce() -> Vec<f64>) -> Option<&LightTree> {
+    /// The light tree, if there is anything to choose from, or if there is any emitter and it is wanted `always`; `powers` are
+    /// those of the emitters.
+    pub(super) fn light_tree(&self, powers: impl FnOnce() -> Vec<f64>, always: bool) -> Option<&LightTree> {
         let build = || {
             let environment = self.environment.as_ref().map_or(0.0, Environment::mean_radiance);
-            LightTree::new(&self.emitters, &self.triangles, &powers(), environment)
+            LightTree::new(&self.emitters, &self.triangles, &powers(), environment, always)
         };
-        self.light_tree.get_or_init(build).as_ref()
+        self.light_trees[usize::from(always)].get_or_init(build).as_ref()
     }
 
     /// The patches of the environment map, if there is one, for a distribution ([`crate::tables::lights::environment::EnvironmentMap::distribution`]).

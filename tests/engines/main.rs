@@ -8,6 +8,7 @@ mod camera;
 mod camera_extremes;
 mod cutouts;
 mod environment;
+mod general_plan;
 mod golden;
 mod guide;
 mod learned;

@@ -33,6 +33,12 @@ pub struct Row {
     /// Rays that hit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hits: Option<usize>,
+    /// Sum of the ids of the triangles they hit, of rays of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sum_id: Option<u64>,
+    /// Sum of the distances at which they hit, in lengths of their directions, of rays of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sum_t: Option<f64>,
     /// Rays that the engine answers otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub differ: Option<usize>,

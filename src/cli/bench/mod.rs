@@ -1,8 +1,8 @@
 //! `octray bench`: throughput by kind of ray, of whole renders, of every stage, of light samples and of the samplers, the
 //! engines side by side.
 //!
-//! The rays are real: those of the packet engine's queues while it renders the scene. Every row's answers are checked
-//! before anything is timed. Rounds are interleaved and medians kept.
+//! The rays are real: those of the packet engine's queues while it renders the scene, or those of files. Every row's answers
+//! are checked before anything is timed. Rounds are interleaved and medians kept.
 
 mod lights;
 mod measure;
@@ -20,13 +20,13 @@ use crate::cli::stats::mrays_per_s;
 use crate::cli::{prepare, report, warn};
 use crate::error::Result;
 use crate::render::render;
-use crate::settings::{Engine, Settings};
+use crate::settings::{Engine, PlanChoice, Settings};
 use crate::setup::frame::Frame;
 use crate::simd::simd_level;
 use crate::tables::PreparedScene;
 use measure::{Case, Row, interleave, share};
 use rays::RaySet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use walks::{Answers, Finder, Question, Yardstick};
 
 /// Samples a pixel of whole renders: enough work for a steady figure, little enough for a short round.
@@ -46,6 +46,10 @@ pub struct BenchArgs {
     /// Columns and rows of the film
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = args::side, allow_negative_numbers = true)]
     size: u32,
+    /// Rays to ask the scene about, and nothing else: a u64 count, then 8 f32 a ray (ox oy oz tmin dx dy dz tmax),
+    /// little-endian; may be given several times
+    #[arg(long, value_name = "FILE", conflicts_with = "size")]
+    rays: Vec<PathBuf>,
     #[command(flatten)]
     estimator: EstimatorArgs,
     #[command(flatten)]
@@ -55,6 +59,7 @@ pub struct BenchArgs {
 /// Runs the command; the exit status: 1 if two engines answer differently.
 pub fn run(args: &BenchArgs) -> Result<u8> {
     args.json.check()?;
+    let sets = args.rays.iter().map(|path| of_file(path)).collect::<Result<Vec<RaySet>>>()?;
     let scene = load(&args.scene, false)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     // What is measured is the work of a path, not whether another would have been better.
@@ -71,24 +76,41 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     };
     Frame::new(&settings, scene.desc.film)?;
     let prepared = prepare(&scene)?;
-    let sets = rays::record(&prepared, &settings);
+    let of_files = !sets.is_empty();
+    let sets = if of_files { sets } else { rays::record(&prepared, &settings) };
     let yardstick = Yardstick::new(&prepared);
     let mut faults = Vec::new();
-    let mut cases = ray_cases(&prepared, &sets, &yardstick, &mut faults);
-    cases.extend(render_cases(&prepared, &settings, &mut faults));
-    cases.extend(lights::cases(&prepared));
-    cases.extend(sampling::cases(settings.seed, &mut faults));
+    let mut cases = ray_cases(&prepared, &sets, &yardstick, of_files, &mut faults);
+    if !of_files {
+        cases.extend(render_cases(&prepared, &settings, &mut faults));
+        cases.extend(lights::cases(&prepared));
+        cases.extend(sampling::cases(settings.seed, &mut faults));
+    }
     let rows = interleave(args.runs as usize, &mut cases);
-    args.json.deliver(&rows, || text(&prepared, &settings, &rows))?;
+    args.json.deliver(&rows, || match of_files {
+        true => text_of_files(&prepared, &rows),
+        false => text(&prepared, &settings, &rows),
+    })?;
     faults.iter().for_each(report);
     Ok(if faults.is_empty() { 0 } else { 1 })
 }
 
-/// Every kind of ray, both questions, every way to find the answer.
+/// The rays of a file; a warning of those that are none.
+fn of_file(path: &Path) -> Result<RaySet> {
+    let (set, broken) = rays::read(path)?;
+    if broken > 0 {
+        let what = "hold what is not a finite number, or a direction of no length, and hit nothing";
+        warn(&format!("{}: {} of {} rays {what}", path.display(), count(broken as u64), count(set.count() as u64)));
+    }
+    Ok(set)
+}
+
+/// Every kind of ray, both questions, every way to find the answer; with `sums` of the answers.
 fn ray_cases<'a>(
     prepared: &'a PreparedScene,
     sets: &'a [RaySet],
     yardstick: &'a Yardstick,
+    sums: bool,
     faults: &mut Vec<String>,
 ) -> Vec<Case<'a>> {
     let bvh = &prepared.bvh;
@@ -105,6 +127,7 @@ fn ray_cases<'a>(
             if finder.is_exact() && differ > 0 {
                 faults.push(format!("{what}: `{}` answers {differ} rays otherwise than the engine", finder.name()));
             }
+            let sums = answers.sums(set).filter(|_| sums);
             let row = Row {
                 what: what.clone(),
                 engine: finder.name(),
@@ -112,6 +135,8 @@ fn ray_cases<'a>(
                 clock: "cpu",
                 items: set.count() as u64,
                 hits: Some(answers.hits(set)),
+                sum_id: sums.map(|sums| sums.0),
+                sum_t: sums.map(|sums| sums.1),
                 differ: Some(differ),
                 ..Row::default()
             };
@@ -126,7 +151,7 @@ fn ray_cases<'a>(
     cases
 }
 
-/// Whole renders by both engines; the packet engine's stages with them.
+/// Whole renders by both engines, the packet engine's stages with them, and by more general plans.
 fn render_cases<'a>(prepared: &'a PreparedScene, settings: &Settings, faults: &mut Vec<String>) -> Vec<Case<'a>> {
     let by = |engine, spp| Settings { engine, spp, ..settings.clone() };
     let [packet, scalar] =
@@ -139,15 +164,30 @@ fn render_cases<'a>(prepared: &'a PreparedScene, settings: &Settings, faults: &m
         let settings = by(engine, spp);
         Box::new(move || render_rows(prepared, &settings)) as Case<'a>
     };
-    engines.map(case).into_iter().collect()
+    let mut cases: Vec<Case> = engines.map(case).into_iter().collect();
+    for &plan in &PlanChoice::ALL[1..] {
+        let settings = |spp| Settings { plan, ..by(Engine::Packet, spp) };
+        if render(prepared, &settings(SCALAR_SPP)).film.pixels != packet {
+            faults.push(format!("render: --plan {plan} gives another image"));
+        }
+        let settings = settings(PACKET_SPP);
+        cases.push(Box::new(move || render_rows(prepared, &settings).drain(..1).collect()));
+    }
+    cases
 }
+
+/// What the rows of more general plans begin with.
+const PLAN: &str = "render, plan ";
 
 fn render_rows(prepared: &PreparedScene, settings: &Settings) -> Vec<Row> {
     let stats = render(prepared, settings).stats;
     let sum = |field: fn(&crate::render::StageStats) -> u64| stats.stages.iter().map(field).sum::<u64>();
     let engine = settings.engine.name();
     let whole = Row {
-        what: "render".into(),
+        what: match settings.plan {
+            PlanChoice::Scene => "render".into(),
+            plan => format!("{PLAN}{plan}"),
+        },
         engine,
         mrays_per_s: Some(mrays_per_s(&stats.rays, stats.cpu_s)),
         mpaths_per_s: Some(stats.paths as f64 / stats.cpu_s.max(1e-9) * 1e-6),
@@ -170,8 +210,36 @@ fn render_rows(prepared: &PreparedScene, settings: &Settings) -> Vec<Row> {
     std::iter::once(whole).chain(stages).collect()
 }
 
+/// How many rounds were measured, in words.
+fn rounds(rows: &[Row]) -> String {
+    match rows.first().map_or(0, |row| row.runs) {
+        1 => "one round".to_owned(),
+        runs => format!("medians of {runs} rounds"),
+    }
+}
+
+/// Of rays of files.
+fn text_of_files(prepared: &PreparedScene, rows: &[Row]) -> String {
+    let room = columns().min(MOST_COLUMNS);
+    let head = format!("{}, one thread, {}, {}", prepared.name, rounds(rows), simd_level());
+    // The answers of the others are those of the engine to the last bit, or it is reported.
+    let by = ["packet", "obvhs"];
+    let closest = rows.iter().filter(|row| row.sum_id.is_some() && by.contains(&row.engine));
+    let answers = closest.map(|row| {
+        let ids = row.sum_id.map_or("-".to_owned(), count);
+        let t = row.sum_t.map_or("-".to_owned(), |t| format!("{t:.9e}"));
+        vec![row.what.clone(), row.engine.to_owned(), count(row.hits.unwrap_or(0) as u64), ids, t]
+    });
+    format!(
+        "{}\n{}\n\nrays of files, Mrays/s of CPU time\n{}\nwhat they hit\n{}",
+        wrapped(&head, room - 2, 2),
+        wrapped(LEGEND, room - 2, 2),
+        ray_table(rows, room),
+        numbers_table(&["rays", "by", "hits", "sum of ids", "sum of t"], answers.collect()),
+    )
+}
+
 fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
-    let runs = rows.first().map_or(0, |row| row.runs);
     let (width, height) = (settings.width.unwrap_or(0), settings.height.unwrap_or(0));
     let head = format!(
         "{}, {width} x {height} pixels, {}, lights {}, {}, one thread, {}, {}",
@@ -179,7 +247,7 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         settings.strategy,
         settings.lights,
         settings.sampler,
-        if runs == 1 { "one round".to_owned() } else { format!("medians of {runs} rounds") },
+        rounds(rows),
         simd_level(),
     );
     let lights = twin_table(rows, |row| !row.what.starts_with(sampling::WHAT));
@@ -193,6 +261,7 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         "{}\n{}\n\n\
          rays from the engine's queues, Mrays/s of CPU time\n{}\n\
          whole renders, CPU time\n{}\n\
+         what is left out, put back part by part (the same image): CPU time, that of the scene's own plan 1\n{}\n\
          stages of the packet engine, wall time\n{}\n\
          {}\n{lights}\n\
          four numbers of one address, CPU time in ns\n{}",
@@ -200,6 +269,7 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         prose(LEGEND),
         ray_table(rows, room),
         render_table(rows),
+        plan_table(rows),
         stage_table(rows),
         prose("light samples for points anywhere on the scene, CPU time in ns; useful: lanes whose sample counts"),
         twin_table(rows, |row| row.what.starts_with(sampling::WHAT)),
@@ -265,10 +335,18 @@ fn ray_table(rows: &[Row], room: usize) -> String {
 }
 
 fn render_table(rows: &[Row]) -> String {
-    let rows = rows.iter().filter(|row| row.mpaths_per_s.is_some()).map(|row| {
+    let rows = rows.iter().filter(|row| row.mpaths_per_s.is_some() && !row.what.starts_with(PLAN)).map(|row| {
         vec![row.engine.to_owned(), number(row.mpaths_per_s), number(row.mrays_per_s), per_cent(row.lanes_used)]
     });
     numbers_table(&["engine", "Mpaths/s", "Mrays/s", "stages"], rows.collect())
+}
+
+/// More general plans, their times over that of the scene's own.
+fn plan_table(rows: &[Row]) -> String {
+    let own = rows.iter().find(|row| row.what == "render").and_then(|row| row.mpaths_per_s);
+    let plans = rows.iter().filter_map(|row| Some((row.what.strip_prefix(PLAN)?, row.mpaths_per_s?)));
+    let lines = plans.map(|(plan, mpaths)| vec![plan.to_owned(), number(own.map(|own| own / mpaths))]);
+    numbers_table(&["put back", "time"], lines.collect())
 }
 
 fn stage_table(rows: &[Row]) -> String {

@@ -219,6 +219,13 @@ impl Answers {
         self.rows(set).filter(|row| row.0).count()
     }
 
+    /// Sums of the ids of the triangles hit and of the distances, where closest hits were asked for.
+    pub fn sums(&self, set: &RaySet) -> Option<(u64, f64)> {
+        let [_, ..] = self.hits[..] else { return None };
+        let hits = self.rows(set).filter(|row| row.0).map(|row| row.1);
+        Some(hits.fold((0, 0.0), |(ids, ts), [id, t, ..]| (ids + u64::from(id), ts + f64::from(f32::from_bits(t)))))
+    }
+
     /// How many rays are answered otherwise by `other`: with `exact`, to the last bit, else hit or not.
     pub fn differences(&self, other: &Answers, set: &RaySet, exact: bool) -> usize {
         let pairs = self.rows(set).zip(other.rows(set));

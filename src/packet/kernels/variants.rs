@@ -41,9 +41,10 @@ pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, Vec<(Stage, Sta
     let mut round: Vec<(Stage, StageFn)> =
         vec![(Stage::IntersectClosest, closest), (Stage::SortHits, stage!(sort_hits))];
     if needs.misses {
-        let variant: StageFn = match setup.lights.environment {
-            Some(EnvironmentLight::Map(..)) => stage!(shade_miss::<true>),
-            _ => stage!(shade_miss::<false>),
+        let map = matches!(setup.lights.environment, Some(EnvironmentLight::Map(..)));
+        let variant: StageFn = match map || decisions.environment_numbers {
+            true => stage!(shade_miss::<true>),
+            false => stage!(shade_miss::<false>),
         };
         round.push((Stage::ShadeMiss, variant));
     }
@@ -65,16 +66,17 @@ pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, Vec<(Stage, Sta
         };
         round.push((Stage::IntersectShadow, variant));
     }
-    (camera_variant(setup), round)
+    (camera_variant(setup, decisions), round)
 }
 
 /// The variant for this camera.
-fn camera_variant(setup: &Setup) -> StageFn {
-    match (setup.camera.filter, setup.camera.lens.is_some()) {
-        (PixelFilter::Box, false) => stage!(generate_camera_rays::<false, false>),
-        (PixelFilter::Box, true) => stage!(generate_camera_rays::<false, true>),
-        (PixelFilter::Tent, false) => stage!(generate_camera_rays::<true, false>),
-        (PixelFilter::Tent, true) => stage!(generate_camera_rays::<true, true>),
+fn camera_variant(setup: &Setup, decisions: &Decisions) -> StageFn {
+    let all = decisions.lens_and_filter;
+    match (all || setup.camera.filter == PixelFilter::Tent, all || setup.camera.lens.is_some()) {
+        (false, false) => stage!(generate_camera_rays::<false, false>),
+        (false, true) => stage!(generate_camera_rays::<false, true>),
+        (true, false) => stage!(generate_camera_rays::<true, false>),
+        (true, true) => stage!(generate_camera_rays::<true, true>),
     }
 }
 

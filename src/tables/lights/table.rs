@@ -175,7 +175,7 @@ impl<'a> LightTable<'a> {
             (Some(_), _) => 0.5,
         };
         let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
-        let tree = if lights == Lights::Tree || lights.learns() { scene.light_tree(powers) } else { None };
+        let tree = if lights.by_tree() { scene.light_tree(powers, false) } else { None };
         let to_emitters = 1.0 - environment_probability as f64;
         let stated = if planted(Fault::LopsidedChoice) { 0.9 * to_emitters } else { to_emitters };
         let records = scene.emitters.iter().map(|emitter| {
@@ -216,6 +216,18 @@ impl<'a> LightTable<'a> {
             visibility: None,
             environment,
             environment_probability,
+        }
+    }
+
+    /// Gives it what any scene may need: a tree, where `lights` choose by one, if there is but one lamp, and textures of lights
+    /// if none has one. Nothing is drawn otherwise.
+    pub fn generalise(&mut self, scene: &'a PreparedScene, lights: Lights) {
+        let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
+        if let (Selection::Fixed(_), true) = (&self.selection, lights.by_tree()) {
+            self.selection = scene.light_tree(powers, true).map_or(self.selection.clone(), Selection::Tree);
+        }
+        if self.textures.is_none() {
+            self.textures = Some(light_textures(scene, false));
         }
     }
 
@@ -263,12 +275,17 @@ impl<'a> LightTable<'a> {
 fn textures(scene: &PreparedScene) -> Option<LightTextures> {
     let emitters = &scene.emitters;
     let masked = emitters.iter().any(|emitter| scene.alpha_masks.cuts(emitter.triangle));
-    (masked || emitters.iter().any(|emitter| emitter.texture.is_some())).then(|| LightTextures {
+    (masked || emitters.iter().any(|emitter| emitter.texture.is_some())).then(|| light_textures(scene, masked))
+}
+
+fn light_textures(scene: &PreparedScene, masked: bool) -> LightTextures {
+    let emitters = &scene.emitters;
+    LightTextures {
         textures: scene.textures.clone(),
         texture: emitters.iter().map(|e| e.texture.map_or(NO_TEXTURE, |(texture, _)| texture)).collect(),
         uvs: emitters.iter().map(|e| e.texture.map_or([[0.0; 2]; 3], |(_, uvs)| uvs)).collect(),
         alpha_masks: masked.then(|| (scene.alpha_masks.clone(), emitters.iter().map(|e| e.triangle).collect())),
-    })
+    }
 }
 
 /// What an emitter sends out, up to a constant factor: of a picture, its mean (never quite 0, so that a total exists).

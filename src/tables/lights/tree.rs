@@ -73,6 +73,8 @@ pub struct LightTree {
     pub nodes: Vec<LightNode>,
     /// Per light, the way to it: three bits a level, the root's lowest.
     pub paths: Vec<u64>,
+    /// There is something to choose from.
+    pub choice: bool,
     /// Importance of the environment, in the unit of the lights': the same everywhere; 0 if there is none.
     pub environment: f32,
     /// Power of the strongest light, summed over the channels, in [`crate::tables::PreparedScene::radiance_unit`]: what powers
@@ -103,15 +105,17 @@ struct Primitive {
 impl LightTree {
     /// The tree over `emitters` with the given powers (area times radiance times sides, summed over the channels), beside
     /// an environment of the given mean radiance (summed likewise; 0: none). `None` if nothing is to be chosen: no light
-    /// but the environment, or nothing but one triangle or one parallelogram.
+    /// but the environment, or nothing but one triangle or one parallelogram, unless that is to have its tree `always`.
     pub fn new(
         emitters: &[Emitter],
         triangles: &[TriangleRecord],
         powers: &[f64],
         environment: f64,
+        always: bool,
     ) -> Option<LightTree> {
         let mut primitives = primitives(emitters, triangles, powers);
-        if primitives.is_empty() || (primitives.len() == 1 && environment <= 0.0) {
+        let choice = primitives.len() > 1 || environment > 0.0;
+        if primitives.is_empty() || !(choice || always) {
             return None;
         }
         let strongest = primitives.iter().map(|p| p.bounds.power).fold(0.0, f64::max);
@@ -125,8 +129,13 @@ impl LightTree {
         // Half of what a hemisphere of it sends, for the reason of `LEAF_BLUR`; within the range of f32.
         let share = if strongest > 0.0 { std::f64::consts::FRAC_PI_2 * environment / strongest } else { 1.0 };
         let environment = if environment > 0.0 { share.clamp(1e-30, 1e30) as f32 } else { 0.0 };
-        let mut tree =
-            LightTree { nodes: Vec::new(), paths: vec![0; emitters.len()], environment, strongest: strongest as f32 };
+        let mut tree = LightTree {
+            nodes: Vec::new(),
+            paths: vec![0; emitters.len()],
+            choice,
+            environment,
+            strongest: strongest as f32,
+        };
         Builder { tree: &mut tree, slack: reach * 4e-6 }.node(&mut primitives, 0, 0);
         Some(tree)
     }

@@ -1,10 +1,11 @@
-//! Stage: camera rays of the paths in the tile's slots. One variant a (filter, lens) pair.
+//! Stage: camera rays of the paths in the tile's slots. A variant for what there may be: a filter, a lens.
 
 use super::here;
 use crate::packet::context::StageContext;
 use crate::packet::counters::Counters;
 use crate::packet::queues::{COUNTS_ONE, TileState};
 use crate::sampler::{ALL_WORDS, PIXEL_WORDS};
+use crate::scene::desc::PixelFilter;
 use here::kernels::columns::{VectorLanes, append_rays};
 use here::kernels::warp::sample_uniform_disk;
 use here::lanes::{Each, F32x8, LANES, U32x8, Vec3x8};
@@ -19,6 +20,7 @@ pub fn generate_camera_rays<const TENT: bool, const LENS: bool>(
 ) {
     let setup = context.setup;
     let camera = &setup.camera;
+    let is_tent = TENT && camera.filter == PixelFilter::Tent;
     let eye = Vec3x8::splat(camera.origin);
     let [corner, right, down] = [camera.corner, camera.right, camera.down].each(Vec3x8::splat);
     let paths = &mut state.paths;
@@ -28,7 +30,7 @@ pub fn generate_camera_rays<const TENT: bool, const LENS: bool>(
         let sample = U32x8::load(&state.slots.sample, first);
         let numbers = PathNumbers8 { sampler: setup.sampler, seed: setup.seed, pixel, sample };
         let draws = if LENS { numbers.camera::<ALL_WORDS>() } else { numbers.camera::<PIXEL_WORDS>() };
-        let offset = |u: F32x8| if TENT { tent(u) } else { u };
+        let offset = |u: F32x8| if is_tent { tent(u) } else { u };
         let film_x = (pixel & U32x8::splat(0xffff)).to_f32() + offset(draws.film[0]);
         let film_y = (pixel >> 16).to_f32() + offset(draws.film[1]);
         let mut origin = eye;

@@ -7,7 +7,7 @@ use crate::packet::context::StageContext;
 use crate::packet::counters::Counters;
 use crate::packet::queues::{ShadowQueue, TileState};
 use crate::tables::lights::targets::MISSED;
-use here::kernels::alpha_masks::pass_alpha_masks;
+use here::kernels::alpha_masks::{is_there, pass_alpha_masks};
 use here::kernels::columns::{SlotLanes, VectorLanes};
 use here::kernels::lights::visibility::record;
 use here::lanes::{F32x8, LANES, Mask8, U32x8};
@@ -29,7 +29,8 @@ pub fn intersect_closest<const ALPHA_MASKS: bool>(
     let scene = context.setup.scene;
     scene.bvh.intersect_queue(kind, &paths.rays, 0..paths.len, hits, scratch, &mut counters.closest_walk);
     if ALPHA_MASKS {
-        pass_alpha_masks((&scene.bvh, &scene.alpha_masks), (&paths.rays, paths.len), hits, passing, scratch);
+        let masks = context.decisions.alpha_masks(scene);
+        pass_alpha_masks((&scene.bvh, masks), (&paths.rays, paths.len), hits, passing, scratch);
     }
 }
 
@@ -58,7 +59,8 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
     if ALPHA_MASKS {
         // What blocks a segment may be cut out there, so any hit is not enough.
         scene.bvh.intersect_queue(kind, rays, 0..*len, hits, scratch, &mut counters.shadow_walk);
-        pass_alpha_masks((&scene.bvh, &scene.alpha_masks), (rays, *len), hits, passing, scratch);
+        let masks = context.decisions.alpha_masks(scene);
+        pass_alpha_masks((&scene.bvh, masks), (rays, *len), hits, passing, scratch);
         blocked.clear();
         for first in (0..*len).step_by(LANES) {
             let triangle = U32x8::load(&hits.triangle, first);
@@ -109,8 +111,12 @@ fn pass_missed_targets<const ALPHA_MASKS: bool>(
         for row in (first..first + LANES).filter(|row| missed.bits() >> (row - first) & 1 == 1) {
             let passed = context.setup.lights.targets.passed(shadow.target[row] & !MISSED);
             let blocked = if ALPHA_MASKS {
-                let hit = shadow.hits.triangle[row];
-                hit != NO_HIT && !passed.contains(&hit)
+                // What is passed may lie before what is not.
+                let (masks, ShadowQueue { rays, hits, .. }) = (context.decisions.alpha_masks(scene), &mut *shadow);
+                while passed.contains(&hits.triangle[row]) || !is_there(masks, hits, row) {
+                    scene.bvh.intersect_behind(rays, &[row as u32], hits, scratch);
+                }
+                hits.triangle[row] != NO_HIT
             } else {
                 scene.bvh.occluded_but(&shadow.rays, row, &passed, scratch)
             };

@@ -64,7 +64,8 @@ pub(super) fn load_hits<const DETAIL: bool>(
     let (u, v) = (F32x8::load(&queue.u, first), F32x8::load(&queue.v, first));
     let scene = setup.scene;
     let found = decisions.needs.positions.then(|| Found { bvh: &scene.bvh, position: queue.position.load(first) });
-    let points = surface_points_on::<DETAIL>((&scene.triangles, &scene.corners), found, triangle, u, v, direction);
+    let tables = (&scene.triangles[..], decisions.corners(scene));
+    let points = surface_points_on::<DETAIL>(tables, found, triangle, u, v, direction);
     let (pixel, sample) = (U32x8::gather(&slots.pixel, slot), U32x8::gather(&slots.sample, slot));
     let numbers = PathNumbers8 { sampler: setup.sampler, seed: setup.seed, pixel, sample };
     Hits { active, points, direction, beta: queue.beta.load(first), slot, numbers, key: U32x8::ZERO, row: U32x8::ZERO }
@@ -91,7 +92,8 @@ pub(super) fn draw_numbers<B: Bsdf, const LEARNED: bool>(
     (light, bsdf): (bool, bool),
 ) -> (Option<LightDraws<U32x8, F32x8>>, Option<BsdfDraws<F32x8>>) {
     let (lights, event) = (&context.setup.lights, context.depth);
-    let all = coin || lights.environment.is_some() || lights.visibility.is_some();
+    let environment = lights.environment.is_some() || context.decisions.environment_numbers;
+    let all = coin || environment || lights.visibility.is_some();
     match (light, bsdf) {
         (true, true) => {
             let (light, bsdf) = match (LEARNED, all) {

@@ -38,7 +38,7 @@ pub fn shade_surface<B: Bsdf, const STRATEGY: usize, const DETAIL: bool, const L
         }
         hits.find_row(context, !B::KIND.row().pdf_is_cosine);
         let mut bsdf = B::load(&scene.materials, hits.points.material);
-        if DETAIL && scene.features.textures {
+        if DETAIL && decisions.textures {
             let texture = MaterialColumns::gather_textures(&scene.materials, hits.points.material);
             *bsdf.color() = *bsdf.color() * look_up(&scene.textures, texture, hits.points.uv);
         }
