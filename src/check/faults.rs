@@ -1,5 +1,7 @@
 //! The table of planted faults: which rows must fail while one is committed. Groups hold their parts of it.
 
+#[cfg(feature = "exr")]
+use crate::check::exr_files;
 use crate::check::item::{Check, Effort, Level};
 use crate::check::row::Outcome;
 use crate::check::{
@@ -20,6 +22,8 @@ const FAULTS: &[&[(Fault, &[&str])]] = &[
     environment::FAULTS,
     camera::FAULTS,
     film::FAULTS,
+    #[cfg(feature = "exr")]
+    exr_files::FAULTS,
     error_bars::FAULTS,
     engines::FAULTS,
     yardstick::FAULTS,

@@ -46,6 +46,8 @@ pub mod environment;
 #[doc(hidden)]
 pub mod error_bars;
 #[doc(hidden)]
+#[cfg(feature = "exr")]
+pub mod exr_files;
 pub mod film;
 #[doc(hidden)]
 pub mod geometry;

@@ -1,5 +1,7 @@
 //! The tables of all checks.
 
+#[cfg(feature = "exr")]
+use crate::check::exr_files;
 use crate::check::item::{Check, SceneCheck};
 use crate::check::{
     camera, directions, engines, environment, error_bars, film, geometry, lights, materials, mis, scale, subject,
@@ -18,6 +20,8 @@ pub const SUITE: &[&[Check]] = &[
     environment::CHECKS,
     camera::CHECKS,
     film::CHECKS,
+    #[cfg(feature = "exr")]
+    exr_files::CHECKS,
     error_bars::CHECKS,
     engines::CHECKS,
     yardstick::CHECKS,

@@ -18,7 +18,7 @@ use std::path::Path;
 /// A file format, chosen by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// OpenEXR: f32 radiance, variance, settings.
+    /// OpenEXR: f32 radiance, variance, settings; known to builds with the feature `exr` alone.
     Exr,
     /// 8-bit sRGB.
     Png,
@@ -28,12 +28,16 @@ pub enum Format {
     Pfm,
 }
 
+/// What a build without the feature `exr` says to such files.
+const NO_EXR: &str = "this build knows no OpenEXR; use .pfm, or build octray with the feature `exr`";
+
 impl Format {
     /// The format that `path`'s extension names (upper or lower case).
     pub fn of(path: &Path) -> Result<Format> {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         match extension.as_str() {
-            "exr" => Ok(Format::Exr),
+            "exr" if cfg!(feature = "exr") => Ok(Format::Exr),
+            "exr" => Err(Error::Usage(format!("{}: {NO_EXR}", path.display()))),
             "png" => Ok(Format::Png),
             "hdr" => Ok(Format::Hdr),
             "pfm" => Ok(Format::Pfm),

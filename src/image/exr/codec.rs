@@ -7,6 +7,7 @@
 
 use crate::fault::{Fault, planted};
 use crate::image::atomic::Sink;
+use crate::image::exr::{Header, Pixels};
 use crate::image::{Bounds, Image, Windows, encoding};
 use ::exr::image::write::channels::WritableChannels;
 use ::exr::prelude::*;
@@ -15,22 +16,14 @@ use std::io::{self, Cursor};
 const COLOR: [&str; 3] = ["R", "G", "B"];
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
-/// What a file says besides its pixels.
-pub(super) struct Header<'a> {
-    /// Columns and rows.
-    pub(super) size: (u32, u32),
-    /// As [`Image::metadata`].
-    pub(super) metadata: &'a [(String, String)],
-    /// As [`Image::windows`].
-    pub(super) windows: Option<Windows>,
-}
-
-/// Radiance and its variance at a column of a row.
-pub(super) type Pixels<'a> = &'a (dyn Fn(u32, u32) -> ([f32; 3], [f32; 3]) + Sync);
-
 /// Writes radiance, its variance (where it is known) and settings. Pixels are asked for row by row, as they are written: a
 /// copy of the values as f32, in pixels and again in planes, would take 48 bytes a pixel beside the film's 120.
-pub(super) fn write(header: &Header, pixels: Pixels, with_variance: bool, out: &mut dyn Sink) -> io::Result<()> {
+pub(in super::super) fn write(
+    header: &Header,
+    pixels: Pixels,
+    with_variance: bool,
+    out: &mut dyn Sink,
+) -> io::Result<()> {
     let at = move |Vec2(x, y): Vec2<usize>| pixels(x as u32, y as u32);
     let ([r, g, b], [variance_r, variance_g, variance_b]) = (COLOR, VARIANCE);
     if with_variance {
@@ -91,7 +84,7 @@ fn text(content: &str) -> Text {
 }
 
 /// Reads the first layer that has the channels R, G and B, and the variance and settings beside them if they are there.
-pub(super) fn read(bytes: &[u8]) -> std::result::Result<Image, String> {
+pub(in super::super) fn read(bytes: &[u8]) -> std::result::Result<Image, String> {
     let file = read_all(bytes).map_err(|error| error.to_string())?;
     let wanted = |layer: &&Layer<AnyChannels<FlatSamples>>| planes(layer, COLOR).is_some();
     let Some(layer) = file.layer_data.iter().find(wanted) else {

@@ -1,0 +1,27 @@
+//! OpenEXR files, if this build can read and write them (feature `exr`).
+
+#[cfg(not(feature = "exr"))]
+mod absent;
+#[cfg(feature = "exr")]
+mod codec;
+
+#[cfg(not(feature = "exr"))]
+pub(super) use absent::{read, write};
+#[cfg(feature = "exr")]
+pub(super) use codec::{read, write};
+
+use crate::image::Windows;
+
+/// What a file says besides its pixels.
+#[cfg_attr(not(feature = "exr"), expect(dead_code, reason = "nothing writes files"))]
+pub(super) struct Header<'a> {
+    /// Columns and rows.
+    pub(super) size: (u32, u32),
+    /// As [`crate::image::Image::metadata`].
+    pub(super) metadata: &'a [(String, String)],
+    /// As [`crate::image::Image::windows`].
+    pub(super) windows: Option<Windows>,
+}
+
+/// Radiance and its variance at a column of a row.
+pub(super) type Pixels<'a> = &'a (dyn Fn(u32, u32) -> ([f32; 3], [f32; 3]) + Sync);
