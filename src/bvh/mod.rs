@@ -27,6 +27,6 @@ pub(crate) mod threads;
 
 pub use crate::simd::native::walks::packets::{HitPacket, RayPacket};
 pub use build::{BuildOptions, Bvh};
-pub use query::{Scratch, guess_kind};
+pub use query::Scratch;
 pub use question::{RayKind, Segments, Walk};
 pub use ray::{HitQueue, RayQueue, WalkCounters};

@@ -57,6 +57,8 @@ impl Scratch {
 const FEW: usize = 4;
 /// Rays by which it is found out whether packets stay together.
 const PROBE: usize = 64;
+/// In how many places of a queue of rays of unknown kind packets are tried.
+const LOOKS: usize = 8;
 /// The share of live lanes above which packets are faster than streams, to the closest hit and to any: where they were
 /// level in rooms with 20,000, 80,000 and 1.2 million triangles, at four densities of rays.
 const CLOSEST_TOGETHER: f64 = 0.4;
@@ -150,11 +152,32 @@ impl Bvh {
         (if apart { self.first_choice(RayKind::Bounce) } else { first_choice }, range.start + PROBE..range.end)
     }
 
-    /// Closest hits of the first `count` rays of a queue; the kind of rays is guessed from how alike neighbours are.
+    /// What the first `count` rays of a queue, of which nothing is known, are best taken for: camera rays if most neighbours
+    /// point nearly the same way, or if packets of a few of them, here and there, stay together; else rays after a bounce.
+    pub fn likely_kind(&self, rays: &RayQueue, count: usize, scratch: &mut Scratch) -> RayKind {
+        if are_alike(rays, count) {
+            return RayKind::Camera;
+        }
+        // A list takes scattered rays faster than packets that stay half together take a tree.
+        if self.flat().is_some() || count < 4 * PROBE {
+            return RayKind::Bounce;
+        }
+        let mut some = RayQueue::with_len(LOOKS * PROBE);
+        for part in 0..LOOKS {
+            let first = (count - PROBE) / LANES * part / (LOOKS - 1) * LANES;
+            some.copy_rows(part * PROBE, rays, first, PROBE);
+        }
+        let (mut seen, mut hits) = (WalkCounters::default(), HitQueue::with_len(LOOKS * PROBE));
+        self.intersect_by(Walk::Packet, &some, 0..LOOKS * PROBE, &mut hits, scratch, &mut seen);
+        let together = seen.lanes_used as f64 >= scratch.together(false) * seen.lanes_possible as f64;
+        if together { RayKind::Camera } else { RayKind::Bounce }
+    }
+
+    /// Closest hits of the first `count` rays of a queue; what kind of rays they are is found out by trying some.
     pub fn intersect_stream(&self, rays: &RayQueue, count: usize, hits: &mut HitQueue) {
         hits.resize(count);
         SCRATCH.with_borrow_mut(|scratch| {
-            let kind = guess_kind(rays, count);
+            let kind = self.likely_kind(rays, count, scratch);
             self.intersect_queue(kind, rays, 0..count, hits, scratch, &mut WalkCounters::default());
         });
     }
@@ -162,10 +185,7 @@ impl Bvh {
     /// Which of the first `count` rays of a queue hit anything, as [`Bvh::occluded_queue`] writes it.
     pub fn occluded_stream(&self, rays: &RayQueue, count: usize, blocked: &mut Vec<u8>) {
         SCRATCH.with_borrow_mut(|scratch| {
-            let kind = match guess_kind(rays, count) {
-                RayKind::Camera => RayKind::Shadow,
-                kind => kind,
-            };
+            let kind = self.likely_kind(rays, count, scratch);
             self.occluded_queue(kind, rays, 0..count, blocked, scratch, &mut WalkCounters::default());
         });
     }
@@ -253,9 +273,8 @@ impl Bvh {
     }
 }
 
-/// What the first `count` rays of a queue may be taken for: camera rays if most point nearly the same way as the first of their
-/// eight, else bounced ones.
-pub fn guess_kind(rays: &RayQueue, count: usize) -> RayKind {
+/// Whether most of the first `count` rays of a queue point nearly the same way as the first of their eight.
+fn are_alike(rays: &RayQueue, count: usize) -> bool {
     let direction = |row: usize| [rays.dx[row], rays.dy[row], rays.dz[row]];
     let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let (mut alike, mut looked) = (0, 0);
@@ -266,5 +285,5 @@ pub fn guess_kind(rays: &RayQueue, count: usize) -> RayKind {
             alike += (dot(d, other) > 0.95 * dot(d, d).sqrt() * dot(other, other).sqrt()) as usize;
         }
     }
-    if alike * 4 >= looked * 3 { RayKind::Camera } else { RayKind::Bounce }
+    alike * 4 >= looked * 3
 }

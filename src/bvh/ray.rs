@@ -171,6 +171,15 @@ impl RayQueue {
         self.len() == 0
     }
 
+    /// Rows `from .. from + count` of `other` become the rows from `at` on.
+    pub(crate) fn copy_rows(&mut self, at: usize, other: &RayQueue, from: usize, count: usize) {
+        let RayQueue { ox, oy, oz, dx, dy, dz, tmin, tmax } = self;
+        let columns = [(ox, &other.ox), (oy, &other.oy), (oz, &other.oz), (dx, &other.dx), (dy, &other.dy)];
+        for (to, of) in columns.into_iter().chain([(dz, &other.dz), (tmin, &other.tmin), (tmax, &other.tmax)]) {
+            to[at..at + count].copy_from_slice(&of[from..from + count]);
+        }
+    }
+
     /// The ray of one row.
     #[inline(always)]
     pub(crate) fn ray(&self, row: usize) -> Ray {

@@ -77,7 +77,10 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     Frame::new(&settings, scene.desc.film)?;
     let prepared = prepare(&scene)?;
     let of_files = !sets.is_empty();
-    let sets = if of_files { sets } else { rays::record(&prepared, &settings) };
+    let mut sets = if of_files { sets } else { rays::record(&prepared, &settings) };
+    if of_files {
+        sets.iter_mut().for_each(|set| set.find_kind(&prepared.bvh));
+    }
     let yardstick = Yardstick::new(&prepared);
     let mut faults = Vec::new();
     let mut cases = ray_cases(&prepared, &sets, &yardstick, of_files, &mut faults);

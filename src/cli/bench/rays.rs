@@ -2,7 +2,7 @@
 //! of a file.
 
 use crate::bvh::ray::RayQueue;
-use crate::bvh::{RayKind, guess_kind};
+use crate::bvh::{Bvh, RayKind, Scratch};
 use crate::error::{Error, Result};
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
@@ -97,8 +97,7 @@ const HEAD: u64 = 8;
 const RAY: u64 = 32;
 
 /// The rays of a file: their number as u64, then 8 f32 a ray, `ox oy oz tmin dx dy dz tmax`, all little-endian. They are asked
-/// about in the order of the file, as many at once as the engine's queues hold; the kind of all is guessed from how alike
-/// neighbours are. With them, how many are no rays since they hold what is not a number, or a direction of no length.
+/// about in the order of the file, as many at once as the engine's queues hold. With them, how many are no rays since they hold what is not a number, or a direction of no length.
 ///
 /// # Errors
 /// [`Error::Read`]; [`Error::Parse`] if the file is of another length than its count says, or holds no ray.
@@ -128,7 +127,7 @@ pub fn read(path: &Path) -> Result<(RaySet, usize)> {
     }
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut set = RaySet { name, kind: RayKind::Bounce, tiles: Vec::new() };
-    let (mut left, mut alike, mut broken) = (count as usize, 0, 0);
+    let (mut left, mut broken) = (count as usize, 0);
     while left > 0 {
         let count = left.min(PATHS_AT_ONCE);
         let mut rays = RayQueue::with_len(count);
@@ -141,14 +140,20 @@ pub fn read(path: &Path) -> Result<(RaySet, usize)> {
             let is_ray = numbers[..7].iter().all(|number| number.is_finite()) && !tmax.is_nan();
             broken += usize::from(!is_ray || [dx, dy, dz] == [0.0; 3]);
         }
-        alike += usize::from(guess_kind(&rays, count) == RayKind::Camera);
         set.tiles.push(RayTile { rays, count });
         left -= count;
     }
-    if 2 * alike >= set.tiles.len() {
-        set.kind = RayKind::Camera;
-    }
     Ok((set, broken))
+}
+
+impl RaySet {
+    /// Finds out what rays of a file are best taken for in this tree: what most of the tiles are.
+    pub fn find_kind(&mut self, bvh: &Bvh) {
+        let mut scratch = Scratch::default();
+        let mut is_camera = |tile: &RayTile| bvh.likely_kind(&tile.rays, tile.count, &mut scratch) == RayKind::Camera;
+        let camera = self.tiles.iter().filter(|tile| is_camera(tile)).count();
+        self.kind = if 2 * camera >= self.tiles.len() { RayKind::Camera } else { RayKind::Bounce };
+    }
 }
 
 #[cfg(test)]
@@ -171,13 +176,10 @@ mod tests {
         let rays: Vec<[f32; 8]> =
             (0..PATHS_AT_ONCE + 3).map(|i| [i as f32, 1.0, 2.0, 0.0, 0.0, 0.6, 0.8, f32::INFINITY]).collect();
         let (set, broken) = of(&file(rays.len() as u64, &rays)).unwrap();
-        assert_eq!((set.name.as_str(), set.kind, set.count(), broken), ("some", RayKind::Camera, rays.len(), 0));
+        assert_eq!((set.name.as_str(), set.count(), broken), ("some", rays.len(), 0));
         assert_eq!(set.tiles.iter().map(|tile| tile.count).collect::<Vec<_>>(), [PATHS_AT_ONCE, 3]);
         let last = &set.tiles[1].rays;
         assert_eq!((last.ox[2], last.dz[2], last.tmax[2]), (PATHS_AT_ONCE as f32 + 2.0, 0.8, f32::INFINITY));
-        let strewn: Vec<[f32; 8]> =
-            (0..64).map(|i| [0.0, 0.0, 0.0, 0.0, (i as f32).sin(), (i as f32).cos(), 0.0, 1.0]).collect();
-        assert_eq!(of(&file(64, &strewn)).unwrap().0.kind, RayKind::Bounce);
         let [mut nan, mut still] = [rays[0]; 2];
         nan[1] = f32::NAN;
         still[4..7].fill(0.0);
