@@ -88,8 +88,10 @@ fn surface(setup: &Setup, plan: &Plan, kind: MaterialKind) -> String {
 
 /// How rays walk the tree, by kind.
 fn walks(setup: &Setup) -> String {
-    let word = |kind: RayKind| match setup.scene.bvh.first_choice(kind) {
+    let bvh = &setup.scene.bvh;
+    let word = |kind: RayKind| match bvh.first_choice(kind) {
         Walk::Single => "one by one",
+        Walk::Packet if bvh.first_choice(RayKind::Bounce) == Walk::Flat => "packets (through a list where they part)",
         Walk::Packet => "packets (streams where they part)",
         Walk::Stream => "streams",
         Walk::Flat => "packets through a list",
