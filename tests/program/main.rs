@@ -3,6 +3,7 @@
 #[path = "../common/program.rs"]
 mod program;
 
+mod bench;
 mod check;
 mod cli;
 mod converge;

@@ -107,12 +107,12 @@ pub fn read(path: &Path) -> Result<(RaySet, usize)> {
         let layout = "a u64 count, then for every ray 8 f32: ox oy oz tmin dx dy dz tmax, all little-endian";
         Err(Error::parse(path, None, format!("{message}; a file of rays is {layout}")))
     };
-    let file = File::open(path).map_err(failed)?;
-    let about = file.metadata().map_err(failed)?;
+    // Asked before it is opened, which at a pipe would wait for somebody to write.
+    let about = std::fs::metadata(path).map_err(failed)?;
     if !about.is_file() {
         return fault("not a regular file".into());
     }
-    let mut file = BufReader::new(file);
+    let mut file = BufReader::new(File::open(path).map_err(failed)?);
     let mut head = [0; HEAD as usize];
     if about.len() < HEAD {
         return fault(format!("{} bytes long", about.len()));
