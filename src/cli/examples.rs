@@ -63,7 +63,9 @@ Examples:
   octray bench scenes/cornell.toml --size 128 --runs 9
       of your own, smaller and with more rounds
   octray bench scenes/cornell.toml --strategy nee --json=bench.json
-      of another strategy; the rows as JSON";
+      of another strategy; the rows as JSON
+  octray bench --scaling --plot scaling.svg
+      how the time of a path grows with the scene, the film and the threads";
 
 /// Of `octray converge`.
 pub const CONVERGE: &str = "\

@@ -8,6 +8,7 @@ mod lights;
 mod measure;
 mod rays;
 mod sampling;
+mod scaling;
 mod walks;
 
 use crate::cli::args;
@@ -47,6 +48,8 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = args::side, allow_negative_numbers = true)]
     size: u32,
     #[command(flatten)]
+    scaling: scaling::ScalingArgs,
+    #[command(flatten)]
     estimator: EstimatorArgs,
     #[command(flatten)]
     json: JsonArgs,
@@ -55,6 +58,9 @@ pub struct BenchArgs {
 /// Runs the command; the exit status: 1 if two engines answer differently.
 pub fn run(args: &BenchArgs) -> Result<u8> {
     args.json.check()?;
+    if args.scaling.wanted(&args.estimator)? {
+        return scaling::run(&args.scaling, (&args.scene, args.size, args.runs), &args.estimator, &args.json);
+    }
     let scene = load(&args.scene, false)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     // What is measured is the work of a path, not whether another would have been better.
