@@ -69,6 +69,12 @@ pub struct Stats {
     pub unseen_error: Option<f64>,
     /// Paths that reached the depth guard.
     pub guarded: u64,
+    /// Tiles rendered, each once for every pass over it.
+    pub tiles: u64,
+    /// How often worker threads have locked something they share or changed a shared atomic in place, counted where they do:
+    /// three times a tile (it is taken, it is locked, its samples are added up) and once a worker and pass, when no tile is
+    /// left. A lock counts once, with its release. What threads are started and joined by is not among them, nor is training.
+    pub shared_operations: u64,
     /// What the user should know of the settings, one sentence each; scenes have warnings of their own
     /// ([`crate::PreparedScene::warnings`]).
     pub warnings: Vec<String>,

@@ -32,6 +32,11 @@ pub struct EstimatorArgs {
 }
 
 impl EstimatorArgs {
+    /// `--max-depth`, if it is given.
+    pub fn max_depth(&self) -> Option<u32> {
+        self.max_depth
+    }
+
     /// Puts the given flags over `settings`.
     pub fn apply(&self, settings: &mut Settings) {
         settings.strategy = self.strategy.unwrap_or(settings.strategy);

@@ -65,7 +65,9 @@ Examples:
   octray bench scenes/cornell.toml --strategy nee --json=bench.json
       of another strategy; the rows as JSON
   octray bench heavy.obj --rays heavy.primary.rays --rays heavy.shadow.rays
-      of rays that another ray tracer is given, too";
+      of rays that another ray tracer is given, too
+  octray bench --scaling --plot scaling.svg
+      how the time of a path grows with the scene, the film and the threads";
 
 /// Of `octray converge`.
 pub const CONVERGE: &str = "\

@@ -66,9 +66,21 @@ pub fn check_json_path(flag: &str, path: &Path) -> Result<()> {
 
 /// Writes `value` as JSON to `path`, whole or not at all; makes its directory.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
-    let text = json_text(value)?;
+    write_text(path, &json_text(value)?)
+}
+
+/// Writes `text` to `path`, whole or not at all; makes its directory.
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
     make_directory(path)?;
     atomic::write(path, |out| out.write_all(text.as_bytes()))
+}
+
+/// Whether the plot named by `flag` can be written, and is of the one kind that plots are.
+pub fn check_plot_path(flag: &str, path: &Path) -> Result<()> {
+    match path.extension() {
+        Some(extension) if extension.eq_ignore_ascii_case("svg") => check_place(path, atomic::check),
+        _ => Err(Error::Usage(format!("{flag} {}: plots are written as SVG; name a .svg file", path.display()))),
+    }
 }
 
 fn json_text(value: &impl Serialize) -> Result<String> {

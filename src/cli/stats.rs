@@ -69,6 +69,10 @@ pub struct Report<'a> {
     nonfinite: u64,
     nonfinite_samples: Vec<NonFiniteRow>,
     guarded: u64,
+    /// Tiles rendered, each once for every pass over it.
+    tiles: u64,
+    /// Locks and atomic read-modify-writes of the worker threads on what they share.
+    shared_operations: u64,
     warnings: &'a [String],
 }
 
@@ -138,6 +142,8 @@ impl<'a> Report<'a> {
                 .map(|found| NonFiniteRow { x: found.x, y: found.y, sample: found.sample, stage: found.stage })
                 .collect(),
             guarded: stats.guarded,
+            tiles: stats.tiles,
+            shared_operations: stats.shared_operations,
             warnings,
         }
     }

@@ -7,10 +7,11 @@ mod chance;
 mod passes;
 pub mod pilot;
 pub mod sequence;
+mod shared;
 mod tiles;
 mod workers;
 
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::clock::Stopwatch;
 use crate::fault::{Fault, planted};
@@ -26,6 +27,7 @@ use crate::tables::PreparedScene;
 use crate::trace::TraceVertex;
 use chance::brightest_by_chance;
 use passes::{PASS_SPP, pass_length, reaches};
+use shared::SharedSum;
 use tiles::{Order, cut_into_tiles, reorder, tile_size};
 use workers::{Job, Worker};
 pub use workers::{PATHS_AT_ONCE, Progress, fill_slots};
@@ -103,18 +105,18 @@ fn render_trained(
     let tiles = cut_into_tiles(setup, &mut film, tile);
     let threads = thread_count(settings.threads).min(tiles.len());
     let pixels = setup.frame.crop.width as u64 * setup.frame.crop.height as u64;
-    let job = Job {
+    let mut job = Job {
         setup,
         plan: &plan,
         engine: settings.engine,
         tiles,
-        next_tile: AtomicUsize::new(0),
-        samples: AtomicU64::new(done as u64 * pixels),
+        next_tile: SharedSum::new(0),
+        samples: SharedSum::new(done as u64 * pixels),
         resumed: done as u64 * pixels,
         // Looked for only where something asks for it: a map of the surroundings may be large.
         brightest: settings.target_error.map_or(0.0, |_| brightest_by_chance(setup)),
-        relative_error: AtomicU64::new(f64::NAN.to_bits()),
-        unseen_error: AtomicU64::new(0.0f64.to_bits()),
+        relative_error: None,
+        unseen_error: 0.0,
         stop: AtomicBool::new(false),
         watch,
         total: spp as u64 * pixels,
@@ -123,8 +125,8 @@ fn render_trained(
     let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&job)).collect();
     // A picture to go on from may be good enough as it is.
     let mut error = if resumed { job.note_error() } else { None };
+    let by_chance = job.brightest > 0.0;
     let reached = |done: u32, error: Option<RelativeError>, seconds: f64| {
-        let by_chance = job.brightest > 0.0;
         let target = settings.target_error.is_some_and(|target| reaches(target, done, pixels, error, by_chance));
         done >= spp || target || settings.time.is_some_and(|time| seconds >= time.as_secs_f64())
     };
@@ -147,7 +149,7 @@ fn render_trained(
     let stats = Stats { threads, setup_s, render_s, cpu_s, finished, unseen_error, ..Stats::default() };
     let mut nonfinite = Vec::new();
     for tile in job.tiles {
-        nonfinite.append(&mut tile.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()).nonfinite);
+        nonfinite.append(&mut tile.into_inner().nonfinite);
     }
     reorder(&mut film, tile, Order::Rows);
     film.spp = done;
@@ -183,6 +185,8 @@ fn finish(
     stats.paths = counters.paths;
     stats.rays = counters.rays;
     stats.guarded = counters.guarded;
+    stats.tiles = workers.iter().map(|worker| worker.tiles).sum();
+    stats.shared_operations = workers.iter().map(|worker| worker.operations.count()).sum();
     stats.stages = counters.report();
     stats.nonfinite = nonfinite.len() as u64;
     let shown = nonfinite.iter().take(NONFINITE_SHOWN);

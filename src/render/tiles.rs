@@ -4,9 +4,8 @@
 //! which is one piece of it: a band of tiles as high as a tile takes the same place in either order, so pixels move within
 //! bands only, with a copy of one band aside.
 
-use std::sync::Mutex;
-
 use crate::film::{ErrorSums, Film, SumsMut};
+use crate::render::shared::Locked;
 use crate::settings::Crop;
 use crate::setup::Setup;
 
@@ -36,7 +35,7 @@ pub(super) fn cut_into_tiles<'f>(
     setup: &Setup,
     film: &'f mut Film,
     (width, height): (u32, u32),
-) -> Vec<Mutex<Tile<'f>>> {
+) -> Vec<Locked<Tile<'f>>> {
     let (crop, spp) = (setup.frame.crop, film.spp);
     let SumsMut { mut pixels, mut squares, mut groups } = film.sums_mut();
     let mut tiles = Vec::new();
@@ -60,7 +59,7 @@ pub(super) fn cut_into_tiles<'f>(
             if spp > 0 {
                 tile.note_error(spp);
             }
-            tiles.push(Mutex::new(tile));
+            tiles.push(Locked::new(tile));
         }
     }
     tiles

@@ -1,7 +1,6 @@
 //! Threads over tiles: what they share, what each owns, and the samples of one tile by either engine.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::clock::Stopwatch;
 use crate::film::{ErrorSums, RelativeError};
@@ -10,6 +9,7 @@ use crate::packet::plan::Plan;
 use crate::packet::queues::{Slots, TileState};
 use crate::packet::tile::trace_paths;
 use crate::reference::single;
+use crate::render::shared::{Locked, Operations, SharedSum};
 use crate::render::tiles::Tile;
 use crate::sampler::pixel_address;
 use crate::settings::{Crop, Engine};
@@ -44,17 +44,17 @@ pub(super) struct Job<'a> {
     pub(super) setup: &'a Setup<'a>,
     pub(super) plan: &'a Plan,
     pub(super) engine: Engine,
-    pub(super) tiles: Vec<Mutex<Tile<'a>>>,
-    pub(super) next_tile: AtomicUsize,
-    pub(super) samples: AtomicU64,
+    pub(super) tiles: Vec<Locked<Tile<'a>>>,
+    pub(super) next_tile: SharedSum,
+    pub(super) samples: SharedSum,
     /// Samples of earlier calls.
     pub(super) resumed: u64,
     /// The brightest light that a path may meet by chance, W sr^-1 m^-2; 0 without a target error.
     pub(super) brightest: f64,
-    /// Bits of the estimate after the last pass, NaN before there is one.
-    pub(super) relative_error: AtomicU64,
-    /// Bits of [`Progress::unseen_error`] after the last pass.
-    pub(super) unseen_error: AtomicU64,
+    /// [`Progress::relative_error`] after the last pass.
+    pub(super) relative_error: Option<f64>,
+    /// [`Progress::unseen_error`] after the last pass.
+    pub(super) unseen_error: f64,
     pub(super) stop: AtomicBool,
     pub(super) watch: Stopwatch,
     pub(super) total: u64,
@@ -67,34 +67,44 @@ pub(super) struct Worker {
     pub(super) counters: Counters,
     /// Pixel index in the tile of every slot.
     pub(super) pixel_of_slot: Vec<u32>,
+    /// Tiles rendered, each once for every pass over it.
+    pub(super) tiles: u64,
+    /// On what the threads share.
+    pub(super) operations: Operations,
 }
 
 impl Worker {
     pub(super) fn new(job: &Job) -> Worker {
         let state = (job.engine == Engine::Packet).then(|| job.plan.tile_state(PATHS_AT_ONCE));
-        Worker { state, counters: Counters::default(), pixel_of_slot: Vec::new() }
+        Worker {
+            state,
+            counters: Counters::default(),
+            pixel_of_slot: Vec::new(),
+            tiles: 0,
+            operations: Operations::default(),
+        }
     }
 }
 
 impl Job<'_> {
     /// Takes samples `range` of every pixel.
-    pub(super) fn run_pass(&self, workers: &mut [Worker], range: std::ops::Range<u32>) {
-        self.next_tile.store(0, Ordering::Relaxed);
+    pub(super) fn run_pass(&mut self, workers: &mut [Worker], range: std::ops::Range<u32>) {
+        self.next_tile = SharedSum::new(0);
+        let job = &*self;
         match workers {
-            [only] => self.work(only, range),
+            [only] => job.work(only, range),
             _ => std::thread::scope(|scope| {
                 for worker in workers {
                     let range = range.clone();
-                    scope.spawn(move || self.work(worker, range));
+                    scope.spawn(move || job.work(worker, range));
                 }
             }),
         }
     }
 
     fn work(&self, worker: &mut Worker, range: std::ops::Range<u32>) {
-        while let Some(tile) = self.tiles.get(self.next_tile.fetch_add(1, Ordering::Relaxed)) {
-            // A poisoned lock means another thread has panicked: its tile is not this one's.
-            let mut tile = tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        while let Some(tile) = self.tiles.get(self.next_tile.add(1, &mut worker.operations) as usize) {
+            let mut tile = tile.lock(&mut worker.operations);
             match self.engine {
                 Engine::Packet => self.packet_tile(worker, &mut tile, range.clone()),
                 Engine::Scalar => self.scalar_tile(worker, &mut tile, range.clone()),
@@ -102,31 +112,30 @@ impl Job<'_> {
             // By the thread that has the tile in its cache, so that between passes there is next to nothing to do.
             tile.note_error(range.end);
             let taken = tile.len() as u64 * range.len() as u64;
-            let samples = self.samples.fetch_add(taken, Ordering::Relaxed) + taken;
+            let samples = self.samples.add(taken, &mut worker.operations) + taken;
+            worker.tiles += 1;
             self.report(samples);
         }
     }
 
     /// Tells how far the render is.
     fn report(&self, samples: u64) {
-        let relative_error = Some(f64::from_bits(self.relative_error.load(Ordering::Relaxed))).filter(|e| !e.is_nan());
-        let unseen_error = f64::from_bits(self.unseen_error.load(Ordering::Relaxed));
-        let (resumed, total, seconds) = (self.resumed, self.total, self.watch.wall_seconds());
+        let &Job { resumed, total, relative_error, unseen_error, .. } = self;
+        let seconds = self.watch.wall_seconds();
         if !(self.progress)(Progress { samples, resumed, total, seconds, relative_error, unseen_error }) {
             self.stop.store(true, Ordering::Relaxed);
         }
     }
 
     /// After a pass: how large the error is now. Tiles are added in order, so equal renders tell equal errors.
-    pub(super) fn note_error(&self) -> Option<RelativeError> {
+    pub(super) fn note_error(&mut self) -> Option<RelativeError> {
         let mut sums = ErrorSums::default();
-        for tile in &self.tiles {
-            sums.add(&tile.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).error);
-        }
+        self.tiles.iter_mut().for_each(|tile| sums.add(&tile.get_mut().error));
         let error = sums.relative_error(self.brightest);
-        self.relative_error.store(error.map_or(f64::NAN, |error| error.seen).to_bits(), Ordering::Relaxed);
-        self.unseen_error.store(error.map_or(0.0, |error| error.unseen).to_bits(), Ordering::Relaxed);
-        self.report(self.samples.load(Ordering::Relaxed));
+        self.relative_error = error.map(|error| error.seen).filter(|seen| !seen.is_nan());
+        self.unseen_error = error.map_or(0.0, |error| error.unseen);
+        let samples = self.samples.value();
+        self.report(samples);
         error
     }
 

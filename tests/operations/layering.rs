@@ -56,6 +56,21 @@ fn the_engines_know_nothing_of_each_other() {
     }
 }
 
+#[test]
+fn what_the_threads_of_a_render_share_is_counted() {
+    // Training has threads of its own.
+    let others = |path: &str| !["render/shared.rs", "render/pilot.rs"].contains(&path);
+    let rooms = ["render", "packet", "reference", "sampler", "film"];
+    for (path, text) in texts().iter().filter(|(path, _)| rooms.contains(&room(path)) && others(path)) {
+        for word in ["Mutex", "RwLock", "fetch_", "compare_exchange", "AtomicU", "AtomicI"] {
+            assert!(
+                !code(text).contains(word),
+                "{path} names {word}: what threads share is of a type of render/shared.rs"
+            );
+        }
+    }
+}
+
 /// Top to bottom: a file may name files below its own layer, and those in it. A folder in a folder that has a layer of its
 /// own is in that, not in its parent's.
 const LAYERS: [&[&str]; 11] = [

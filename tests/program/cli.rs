@@ -336,6 +336,8 @@ fn a_render_writes_every_output_and_a_few_lines() {
     if cfg!(any(target_os = "linux", target_os = "macos", windows)) {
         assert!(stats["peak_rss_bytes"].as_u64() > Some(100_000));
     }
+    // A tile is taken, locked and counted; the one worker then finds no other.
+    assert_eq!((&stats["tiles"], &stats["shared_operations"]), (&1.into(), &4.into()));
     // One sample a pixel says nothing about its error.
     assert!(stats["relative_error"].is_null() && stats["nonfinite"] == 0);
 }
@@ -613,6 +615,52 @@ fn bench_rows_have_the_contract_keys() {
         assert!(of("packet")["lanes_used"].as_f64() > Some(0.0) && of("packet")["clock"] == "cpu", "{what}");
         assert!(["packet", "scalar"].map(of).iter().all(|row| row["ns_per_item"].as_f64() > Some(0.0)), "{what}");
     }
+}
+
+#[test]
+fn bench_tells_how_renders_scale() {
+    let place = Place::new();
+    let (plot, file) = (place.path("new/scaling.svg"), place.path("scaling.json"));
+    let flag = format!("--json={file}");
+    let output = octray(&["bench", CORNELL, "--scaling", "--runs", "1", "--size", "64", "--plot", &plot, &flag]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = stdout(&output);
+    assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    let rows: serde_json::Value = serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();
+    let of = |what: &str| rows.as_array().unwrap().iter().filter(|row| row["what"] == what).collect::<Vec<_>>();
+    for what in ["triangles", "lights", "bounces", "pixels", "threads"] {
+        let rows = of(what);
+        assert!(text.contains(&format!(" {what} ")) && rows.len() >= 2, "{what}: {text}");
+        for (i, row) in rows.iter().enumerate() {
+            assert!(row["ns_per_path"].as_f64() > Some(0.0) && row["wall_s"].as_f64() > Some(0.0), "{row}");
+            assert_eq!((row["growth"].is_f64(), row["runs"].as_u64()), (i > 0, Some(1)), "{row}");
+            assert_eq!(row["prepare_s"].as_f64() > Some(0.0), what == "triangles" || what == "lights", "{row}");
+            assert!(i == 0 || row["size"].as_u64() > rows[i - 1]["size"].as_u64(), "{row}");
+            // Three a tile, and at the end of a pass one a worker.
+            let [tiles, operations] = ["tiles", "shared_operations"].map(|key| row[key].as_u64().unwrap());
+            assert!(
+                operations > 3 * tiles && (operations - 3 * tiles).is_multiple_of(row["threads"].as_u64().unwrap())
+            );
+        }
+    }
+    assert!(of("threads").iter().all(|row| row["speed_up"].as_f64() > Some(0.0) && row["threads"] == row["size"]));
+    assert_eq!(of("pixels").last().unwrap()["film"], serde_json::json!([256, 256]));
+    let svg = fs::read_to_string(plot).unwrap();
+    assert!(svg.starts_with("<svg ") && svg.contains("bounces 1 to 4") && !svg.contains("NaN"));
+}
+
+#[test]
+fn flags_of_scaling_that_do_not_go_together_are_refused() {
+    let place = Place::new();
+    let plot = place.path("a.svg");
+    refused(&["bench", CORNELL, "--plot", &plot], 2, "--plot draws what --scaling measures: add --scaling");
+    refused(&["bench", CORNELL, "--scaling", "--max-depth", "3"], 2, "--scaling varies --max-depth itself");
+    refused(&["bench", CORNELL, "--scaling", "--plot", &place.path("a.png")], 2, "name a .svg file");
+    fs::write(place.path("file"), "").unwrap();
+    // Before the scene is read.
+    let scene = place.path("none.toml");
+    refused(&["bench", &scene, "--scaling", "--plot", &place.path("file/a.svg")], 1, "file is not a directory");
+    assert!(!Path::new(&plot).exists());
 }
 
 #[test]

@@ -68,7 +68,8 @@ pub fn interleave(runs: usize, cases: &mut [Case]) -> Vec<Row> {
     first.iter().enumerate().map(row).collect()
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
+/// The middle value, or the mean of the two in the middle.
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
     match values.len() {

@@ -8,6 +8,7 @@ mod lights;
 mod measure;
 mod rays;
 mod sampling;
+mod scaling;
 mod walks;
 
 use crate::cli::args;
@@ -48,8 +49,10 @@ pub struct BenchArgs {
     size: u32,
     /// Rays to ask the scene about, and nothing else: a u64 count, then 8 f32 a ray (ox oy oz tmin dx dy dz tmax),
     /// little-endian; may be given several times
-    #[arg(long, value_name = "FILE", conflicts_with = "size")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["size", "scaling"])]
     rays: Vec<PathBuf>,
+    #[command(flatten)]
+    scaling: scaling::ScalingArgs,
     #[command(flatten)]
     estimator: EstimatorArgs,
     #[command(flatten)]
@@ -59,6 +62,9 @@ pub struct BenchArgs {
 /// Runs the command; the exit status: 1 if two engines answer differently.
 pub fn run(args: &BenchArgs) -> Result<u8> {
     args.json.check()?;
+    if args.scaling.wanted(&args.estimator)? {
+        return scaling::run(&args.scaling, (&args.scene, args.size, args.runs), &args.estimator, &args.json);
+    }
     let sets = args.rays.iter().map(|path| of_file(path)).collect::<Result<Vec<RaySet>>>()?;
     let scene = load(&args.scene, false)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
