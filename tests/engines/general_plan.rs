@@ -39,6 +39,14 @@ fn no_part_that_is_put_back_changes_a_bit_of_the_shipped_scenes() {
     assert!(count >= 10, "{count} scenes");
 }
 
+/// Where shadow rays miss the lamps they are sent to by rounding, which is rare: of so many samples some do on these plates.
+#[test]
+fn nor_where_shadow_rays_miss_their_lamps() {
+    let scene = prepared("scenes/glossy_plates.toml");
+    let settings = Settings { max_depth: Some(4), ..small(256, 192, 4) };
+    all_alike(&scene, &settings, "glossy_plates");
+}
+
 #[test]
 fn nor_of_scenes_made_in_code_nor_of_what_is_learned() {
     let builtin = |name: &str| Scene::load(name).unwrap().prepare().unwrap();

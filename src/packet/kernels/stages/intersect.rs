@@ -113,10 +113,13 @@ fn pass_missed_targets<const ALPHA_MASKS: bool>(
             let blocked = if ALPHA_MASKS {
                 // What is passed may lie before what is not.
                 let (masks, ShadowQueue { rays, hits, .. }) = (context.decisions.alpha_masks(scene), &mut *shadow);
-                while passed.contains(&hits.triangle[row]) || !is_there(masks, hits, row) {
+                loop {
+                    let hit = hits.triangle[row];
+                    if hit == NO_HIT || !passed.contains(&hit) && is_there(masks, hits, row) {
+                        break hit != NO_HIT;
+                    }
                     scene.bvh.intersect_behind(rays, &[row as u32], hits, scratch);
                 }
-                hits.triangle[row] != NO_HIT
             } else {
                 scene.bvh.occluded_but(&shadow.rays, row, &passed, scratch)
             };
