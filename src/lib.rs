@@ -52,7 +52,7 @@
 //! | `sampler` | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
 //! | `simd` | which SIMD level is used, chosen at run time; the engine's inner loops, compiled once a level |
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
-//! | `film`, `image`, `color` | sums and checkpoints, image files, the sRGB curve |
+//! | `film`, `image`, `color` | sums and checkpoints, image files (OpenEXR: feature `exr`), the sRGB curve |
 //! | `api` | load a scene, prepare it, ask its triangles about rays |
 //! | [`check`] | what `octray check` measures: extreme and stiff cases against closed forms and f64, with bounds |
 //! | `fault` | faults that unit tests plant, so that every check is known to fail |

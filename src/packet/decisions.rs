@@ -31,10 +31,11 @@ pub struct Decisions {
     pub last_delta_counts: bool,
     /// Surfaces look their textures up.
     pub textures: bool,
-    /// Light samples draw what an environment needs, too.
-    pub environment_numbers: bool,
-    /// Camera rays start on a lens, and spread as a filter has it, where there is one.
-    pub lens_and_filter: bool,
+    /// Stages are ready for any environment, whatever there is: light samples draw what a map needs, and rays that leave are
+    /// shaded by the map's variant.
+    pub any_environment: bool,
+    /// Camera rays are ready for any lens and filter.
+    pub any_camera: bool,
     /// Tables that the scene does without, of a plan that is more general than the scene needs.
     extra: ExtraTables,
 }
@@ -88,8 +89,8 @@ impl Decisions {
             last_drawn_counts: lit && row.hit != Weight::Zero,
             last_delta_counts: lit && row.certain_hit != Weight::Zero,
             textures: surfaces || scene.features.textures,
-            environment_numbers: puts_back(PlanChoice::Environment),
-            lens_and_filter: puts_back(PlanChoice::Lens),
+            any_environment: puts_back(PlanChoice::Environment),
+            any_camera: puts_back(PlanChoice::Lens),
             extra: ExtraTables::new(scene, surfaces, needs.alpha_masks),
         }
     }

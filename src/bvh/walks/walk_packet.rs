@@ -63,7 +63,8 @@ fn farthest_of(t: F32x8) -> F32x8 {
 /// Nodes that few rays enter are not handed to the one-ray walk. In the prototype that did so below three rays, the Cornell
 /// box took 60, 65 and 13 million camera, shadow and bounced rays a second; without, 61, 70 and 17. Shadow rays in big trees
 /// gained 3 to 5 %. Leaves that few rays enter are not tested ray by ray against eight triangles at once, either: where that
-/// is done for half as many rays as triangles or fewer, shadow rays gain 2 to 4 % and camera rays lose 2 to 5 %. This walk and [`any`] as one with a const parameter took 8 and 15 % more instructions.
+/// is done for half as many rays as triangles or fewer, shadow rays gain 2 to 4 % and camera rays lose 2 to 5 %. This walk and
+/// [`any`] as one with a const parameter took 8 and 15 % more instructions.
 pub(super) fn closest(
     tables: Tables,
     given: &RayPacket,

@@ -43,9 +43,10 @@ pub fn opaque(table: &AlphaMaskTable, triangle: U32x8, u: F32x8, v: F32x8) -> Ma
 }
 
 /// Whether what the ray of one row has hit is there; what hits nothing is.
+#[inline(always)]
 pub fn is_there(table: &AlphaMaskTable, hits: &HitQueue, row: usize) -> bool {
-    let one = |column: &[f32]| F32x8::splat(column[row]);
-    opaque(table, U32x8::splat(hits.triangle[row]), one(&hits.u), one(&hits.v)).all()
+    let (u, v) = (F32x8::splat(hits.u[row]), F32x8::splat(hits.v[row]));
+    opaque(table, U32x8::splat(hits.triangle[row]), u, v).all()
 }
 
 /// Moves the hits of rays `0 .. count` that are not there on to the first ones behind that are. `passing`: working memory.

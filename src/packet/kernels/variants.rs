@@ -42,7 +42,7 @@ pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, Vec<(Stage, Sta
         vec![(Stage::IntersectClosest, closest), (Stage::SortHits, stage!(sort_hits))];
     if needs.misses {
         let map = matches!(setup.lights.environment, Some(EnvironmentLight::Map(..)));
-        let variant: StageFn = match map || decisions.environment_numbers {
+        let variant: StageFn = match map || decisions.any_environment {
             true => stage!(shade_miss::<true>),
             false => stage!(shade_miss::<false>),
         };
@@ -71,7 +71,7 @@ pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, Vec<(Stage, Sta
 
 /// The variant for this camera.
 fn camera_variant(setup: &Setup, decisions: &Decisions) -> StageFn {
-    let all = decisions.lens_and_filter;
+    let all = decisions.any_camera;
     match (all || setup.camera.filter == PixelFilter::Tent, all || setup.camera.lens.is_some()) {
         (false, false) => stage!(generate_camera_rays::<false, false>),
         (false, true) => stage!(generate_camera_rays::<false, true>),

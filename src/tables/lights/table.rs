@@ -278,6 +278,7 @@ fn textures(scene: &PreparedScene) -> Option<LightTextures> {
     (masked || emitters.iter().any(|emitter| emitter.texture.is_some())).then(|| light_textures(scene, masked))
 }
 
+/// The textures of all lights, whether any has one or not; with alpha masks if some light is `masked`.
 fn light_textures(scene: &PreparedScene, masked: bool) -> LightTextures {
     let emitters = &scene.emitters;
     LightTextures {

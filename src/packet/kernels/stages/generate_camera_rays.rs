@@ -8,7 +8,7 @@ use crate::sampler::{ALL_WORDS, PIXEL_WORDS};
 use crate::scene::desc::PixelFilter;
 use here::kernels::columns::{VectorLanes, append_rays};
 use here::kernels::warp::sample_uniform_disk;
-use here::lanes::{Each, F32x8, LANES, U32x8, Vec3x8};
+use here::lanes::{Each, F32x8, LANES, U32x8, Vec3x8, inlined};
 use here::numbers::draws::PathNumbers8;
 
 /// Fills `paths` with one ray for every slot, in slot order.
@@ -30,7 +30,10 @@ pub fn generate_camera_rays<const TENT: bool, const LENS: bool>(
         let sample = U32x8::load(&state.slots.sample, first);
         let numbers = PathNumbers8 { sampler: setup.sampler, seed: setup.seed, pixel, sample };
         let draws = if LENS { numbers.camera::<ALL_WORDS>() } else { numbers.camera::<PIXEL_WORDS>() };
-        let offset = |u: F32x8| if is_tent { tent(u) } else { u };
+        let offset = inlined(
+            #[inline(always)]
+            |u: F32x8| if is_tent { tent(u) } else { u },
+        );
         let film_x = (pixel & U32x8::splat(0xffff)).to_f32() + offset(draws.film[0]);
         let film_y = (pixel >> 16).to_f32() + offset(draws.film[1]);
         let mut origin = eye;

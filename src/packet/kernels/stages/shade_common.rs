@@ -92,7 +92,7 @@ pub(super) fn draw_numbers<B: Bsdf, const LEARNED: bool>(
     (light, bsdf): (bool, bool),
 ) -> (Option<LightDraws<U32x8, F32x8>>, Option<BsdfDraws<F32x8>>) {
     let (lights, event) = (&context.setup.lights, context.depth);
-    let environment = lights.environment.is_some() || context.decisions.environment_numbers;
+    let environment = lights.environment.is_some() || context.decisions.any_environment;
     let all = coin || environment || lights.visibility.is_some();
     match (light, bsdf) {
         (true, true) => {
