@@ -79,6 +79,11 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     }
 }
 
+/// So many rounds, in words.
+pub fn rounds(runs: usize) -> String {
+    if runs == 1 { "one round".to_owned() } else { format!("medians of {runs} rounds") }
+}
+
 /// `used / possible`; `None` if nothing was possible.
 pub fn share(used: u64, possible: u64) -> Option<f64> {
     (possible > 0).then(|| used as f64 / possible as f64)

@@ -25,7 +25,7 @@ use crate::settings::{Engine, PlanChoice, Settings};
 use crate::setup::frame::Frame;
 use crate::simd::simd_level;
 use crate::tables::PreparedScene;
-use measure::{Case, Row, interleave, share};
+use measure::{Case, Row, interleave, rounds, share};
 use rays::RaySet;
 use std::path::{Path, PathBuf};
 use walks::{Answers, Finder, Question, Yardstick};
@@ -220,17 +220,14 @@ fn render_rows(prepared: &PreparedScene, settings: &Settings) -> Vec<Row> {
 }
 
 /// How many rounds were measured, in words.
-fn rounds(rows: &[Row]) -> String {
-    match rows.first().map_or(0, |row| row.runs) {
-        1 => "one round".to_owned(),
-        runs => format!("medians of {runs} rounds"),
-    }
+fn rounds_of(rows: &[Row]) -> String {
+    rounds(rows.first().map_or(0, |row| row.runs))
 }
 
 /// Of rays of files.
 fn text_of_files(prepared: &PreparedScene, rows: &[Row]) -> String {
     let room = columns().min(MOST_COLUMNS);
-    let head = format!("{}, one thread, {}, {}", prepared.name, rounds(rows), simd_level());
+    let head = format!("{}, one thread, {}, {}", prepared.name, rounds_of(rows), simd_level());
     // The answers of the others are those of the engine to the last bit, or it is reported.
     let by = ["packet", "obvhs"];
     let closest = rows.iter().filter(|row| row.sum_id.is_some() && by.contains(&row.engine));
@@ -256,7 +253,7 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
         settings.strategy,
         settings.lights,
         settings.sampler,
-        rounds(rows),
+        rounds_of(rows),
         simd_level(),
     );
     let lights = twin_table(rows, |row| !row.what.starts_with(sampling::WHAT));

@@ -1,5 +1,6 @@
 //! The rows as text: a table a sweep.
 
+use crate::cli::bench::measure::rounds;
 use crate::cli::bench::scaling::sweep::{Row, Swept, overall};
 use crate::cli::numbers::{count, three_digits};
 use crate::cli::output::{aligned_in, columns, wrapped};
@@ -26,7 +27,7 @@ pub fn text(scene: &str, settings: &Settings, rows: &[Row]) -> String {
         settings.strategy,
         settings.lights,
         settings.sampler,
-        if runs == 1 { "one round".to_owned() } else { format!("medians of {runs} rounds") },
+        rounds(runs),
         simd_level(),
     );
     let prose = |text: &str| wrapped(text, columns().min(MOST_COLUMNS) - 2, 2);
