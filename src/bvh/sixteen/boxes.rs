@@ -104,8 +104,8 @@ pub(super) fn negative(values: __m512) -> u16 {
     _mm512_movepi32_mask(_mm512_castps_si512(values))
 }
 
-/// [`crate::simd::native::walks::boxes::Interval`] of sixteen rays: near sides in the lower halves, far sides in the upper ones, there with all
-/// signs turned, so that both take the same operations.
+/// [`crate::simd::native::walks::boxes::Interval`] of sixteen rays: near sides in the lower halves, far sides in the upper
+/// ones, there with all signs turned, so that both take the same operations.
 pub(super) struct Interval {
     /// Brings near sides to the lower half.
     order: [__m512i; 3],

@@ -1,4 +1,5 @@
-//! The triangle test of [`crate::simd::native::walks::triangle`] in sixteen lanes: of sixteen rays and one triangle, or of two rays and eight.
+//! The triangle test of [`crate::simd::native::walks::triangle`] in sixteen lanes: of sixteen rays and one triangle, or of two
+//! rays and eight.
 
 use crate::bvh::node::LeafBlock;
 use crate::bvh::precise::{PRECISE, PreciseRay};

@@ -1,5 +1,6 @@
 //! Rows, rounds and medians.
 
+use crate::cli::numbers::three_digits;
 use serde::Serialize;
 
 /// One line of the result: of one round, then the median over rounds.
@@ -77,6 +78,14 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
         n if n % 2 == 0 => Some(0.5 * (values[middle - 1] + values[middle])),
         _ => Some(values[middle]),
     }
+}
+
+/// Columns that tables may take.
+pub const MOST_COLUMNS: usize = 100;
+
+/// A figure, or a dash where there is none.
+pub fn number(value: Option<f64>) -> String {
+    value.map_or("-".to_owned(), three_digits)
 }
 
 /// So many rounds, in words.

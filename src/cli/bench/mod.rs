@@ -14,7 +14,7 @@ mod walks;
 use crate::cli::args;
 use crate::cli::args::EstimatorArgs;
 use crate::cli::examples;
-use crate::cli::numbers::{count, three_digits};
+use crate::cli::numbers::count;
 use crate::cli::output::{JsonArgs, aligned, columns, wrapped};
 use crate::cli::progress::load;
 use crate::cli::stats::mrays_per_s;
@@ -25,7 +25,7 @@ use crate::settings::{Engine, PlanChoice, Settings};
 use crate::setup::frame::Frame;
 use crate::simd::simd_level;
 use crate::tables::PreparedScene;
-use measure::{Case, Row, interleave, rounds, share};
+use measure::{Case, MOST_COLUMNS, Row, interleave, number, rounds, share};
 use rays::RaySet;
 use std::path::{Path, PathBuf};
 use walks::{Answers, Finder, Question, Yardstick};
@@ -65,7 +65,7 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     if args.scaling.wanted(&args.estimator)? {
         return scaling::run(&args.scaling, (&args.scene, args.size, args.runs), &args.estimator, &args.json);
     }
-    let sets = args.rays.iter().map(|path| of_file(path)).collect::<Result<Vec<RaySet>>>()?;
+    let mut of_files = args.rays.iter().map(|path| of_file(path)).collect::<Result<Vec<RaySet>>>()?;
     let scene = load(&args.scene, false)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     // What is measured is the work of a path, not whether another would have been better.
@@ -82,11 +82,11 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     };
     Frame::new(&settings, scene.desc.film)?;
     let prepared = prepare(&scene)?;
-    let of_files = !sets.is_empty();
-    let mut sets = if of_files { sets } else { rays::record(&prepared, &settings) };
-    if of_files {
-        sets.iter_mut().for_each(|set| set.find_kind(&prepared.bvh));
-    }
+    of_files.iter_mut().for_each(|set| set.find_kind(&prepared.bvh));
+    let (sets, of_files) = match of_files.is_empty() {
+        true => (rays::record(&prepared, &settings), false),
+        false => (of_files, true),
+    };
     let yardstick = Yardstick::new(&prepared);
     let mut faults = Vec::new();
     let mut cases = ray_cases(&prepared, &sets, &yardstick, of_files, &mut faults);
@@ -286,13 +286,6 @@ fn text(prepared: &PreparedScene, settings: &Settings, rows: &[Row]) -> String {
 const LEGEND: &str = "\
 lanes that held work are told apart: `stages` in the loops over queues, `walks` in packets on their way through the tree; \
 `walked by` is the first way through it, and that of rays that part; obvhs answers `differ` rays otherwise";
-
-/// Columns that the tables may take.
-const MOST_COLUMNS: usize = 100;
-
-fn number(value: Option<f64>) -> String {
-    value.map_or("-".to_owned(), three_digits)
-}
 
 fn per_cent(share: Option<f64>) -> String {
     share.map_or("-".to_owned(), |share| format!("{:.0} %", share * 100.0))

@@ -97,7 +97,8 @@ const HEAD: u64 = 8;
 const RAY: u64 = 32;
 
 /// The rays of a file: their number as u64, then 8 f32 a ray, `ox oy oz tmin dx dy dz tmax`, all little-endian. They are asked
-/// about in the order of the file, as many at once as the engine's queues hold. With them, how many are no rays since they hold what is not a number, or a direction of no length.
+/// about in the order of the file, as many at once as the engine's queues hold. With them, how many are no rays since
+/// they hold what is not a number, or a direction of no length.
 ///
 /// # Errors
 /// [`Error::Read`]; [`Error::Parse`] if the file is of another length than its count says, or holds no ray.

@@ -1,14 +1,11 @@
 //! The rows as text: a table a sweep.
 
-use crate::cli::bench::measure::rounds;
+use crate::cli::bench::measure::{MOST_COLUMNS, number, rounds};
 use crate::cli::bench::scaling::sweep::{Row, Swept, overall};
 use crate::cli::numbers::{count, three_digits};
 use crate::cli::output::{aligned_in, columns, wrapped};
 use crate::settings::Settings;
 use crate::simd::simd_level;
-
-/// Columns that the tables may take.
-const MOST_COLUMNS: usize = 100;
 
 /// What the columns of the tables mean.
 const LEGEND: &str = "\
@@ -56,10 +53,6 @@ fn title(what: Swept, rows: &[Row]) -> String {
 /// An exponent; never -0.00.
 fn growth(exponent: Option<f64>) -> String {
     exponent.map_or("-".to_owned(), |exponent| format!("{:.2}", (exponent * 100.0).round() / 100.0 + 0.0))
-}
-
-fn number(value: Option<f64>) -> String {
-    value.map_or("-".to_owned(), three_digits)
 }
 
 /// A heading and a line a size, all numbers.
