@@ -1,5 +1,7 @@
-//! What can go wrong, sorted by who can mend it. Every message says where, what and what to do.
+//! What can go wrong, sorted by who can mend it. Every message says where, what and what to do; what it takes from files and
+//! names is shown, never passed on ([`crate::shown`]).
 
+use crate::shown::{shown, shown_path};
 use std::path::{Path, PathBuf};
 
 /// An error of the library; the command line prints it and exits with [`Error::exit_status`].
@@ -7,7 +9,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read.
-    #[error("{}: cannot read it: {source}", path.display())]
+    #[error("{}: cannot read it: {source}", shown_path(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -15,7 +17,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file could not be written. The old file, if there was one, is untouched.
-    #[error("{}: cannot write it: {message}", path.display())]
+    #[error("{}: cannot write it: {}", shown_path(path), shown(message))]
     Write {
         /// The file.
         path: PathBuf,
@@ -23,7 +25,7 @@ pub enum Error {
         message: String,
     },
     /// A scene file, OBJ or MTL says something that cannot be used.
-    #[error("{}{}: {message}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default())]
+    #[error("{}{}: {}", shown_path(path), line.map(|l| format!(":{l}")).unwrap_or_default(), shown(message))]
     Parse {
         /// The file.
         path: PathBuf,
@@ -33,15 +35,18 @@ pub enum Error {
         message: String,
     },
     /// A scene that reads well but cannot be rendered.
-    #[error("{scene}: {message}")]
+    #[error("{}: {}", shown(scene), shown(message))]
     Scene {
         /// The scene's name or path.
         scene: String,
         /// What is wrong and what to do.
         message: String,
     },
+    /// What was asked for, or what a file holds, takes more memory than there is.
+    #[error("{}", shown(.0))]
+    Memory(String),
     /// A flag or setting that cannot be used.
-    #[error("{0}")]
+    #[error("{}", shown(.0))]
     Usage(String),
 }
 

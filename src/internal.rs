@@ -15,6 +15,8 @@ pub mod color;
 pub mod error;
 #[path = "fault.rs"]
 pub mod fault;
+#[path = "files/mod.rs"]
+pub mod files;
 #[path = "film/mod.rs"]
 pub mod film;
 #[path = "fingerprint.rs"]
@@ -45,6 +47,8 @@ pub mod sampler;
 pub mod settings;
 #[path = "setup/mod.rs"]
 pub mod setup;
+#[path = "shown.rs"]
+pub mod shown;
 #[path = "simd/mod.rs"]
 pub mod simd;
 #[path = "stats.rs"]

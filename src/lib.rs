@@ -99,17 +99,19 @@ pub mod scene;
 
 // Inside the crate a room is named without the house.
 use internal::{
-    api, bvh, camera, clock, color, error, fault, film, fingerprint, image, import, lanes, learn, math, named_choice,
-    nearest, packet, reference, render, sampler, settings, setup, simd, stats, strategy, tables, trace,
+    api, bvh, camera, clock, color, error, fault, files, film, fingerprint, image, import, lanes, learn, math,
+    named_choice, nearest, packet, reference, render, sampler, settings, setup, shown, simd, stats, strategy, tables,
+    trace,
 };
 
 pub use api::Scene;
 pub use bvh::{HitPacket, HitQueue, RayPacket, RayQueue};
 pub use error::{Error, Result};
+pub use files::memory::{max_memory, set_max_memory};
 pub use film::Film;
 pub use lanes::{F32x8, Mask8, U32x8, Vec3x8};
 pub use render::sequence::Sequence;
-pub use render::{Progress, Render, render, render_from, render_with};
+pub use render::{Progress, Render, Watch, render, render_from, render_with, try_render, try_render_from};
 pub use settings::{Crop, Engine, Guide, Lights, PlanChoice, Roulette, Sampler, Settings, Train};
 pub use simd::{SimdLevel, simd_level};
 pub use stats::{RayCounts, StageStats, Stats};

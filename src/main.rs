@@ -2,6 +2,9 @@
 
 use std::process::ExitCode;
 
+#[global_allocator]
+static ALLOCATOR: octray::cli::allocator::Guarded = octray::cli::allocator::Guarded;
+
 fn main() -> ExitCode {
     octray::cli::main()
 }

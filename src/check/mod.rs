@@ -137,9 +137,13 @@ fn run_jobs(mut jobs: Vec<Job>, filter: &str, effort: &Effort, done: &(dyn Fn(&R
     match effort.threads.min(jobs.len()) {
         0 | 1 => work(),
         threads => std::thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(work);
+            for _ in 1..threads {
+                // Where the system refuses to start a thread, those that there are do its work.
+                if std::thread::Builder::new().spawn_scoped(scope, work).is_err() {
+                    break;
+                }
             }
+            work();
         }),
     }
     let rows = rows.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());

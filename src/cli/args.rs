@@ -209,6 +209,18 @@ fn with_units(text: &str) -> Option<f64> {
     Some(sum)
 }
 
+/// A number of bytes: with the unit K, M, G or T (powers of 1000), or with none.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    const UNITS: [(char, f64); 4] = [('K', 1e3), ('M', 1e6), ('G', 1e9), ('T', 1e12)];
+    let text = text.trim();
+    let text = text.strip_suffix(['B', 'b']).unwrap_or(text);
+    let unit = UNITS.iter().find(|(name, _)| text.ends_with([*name, name.to_ascii_lowercase()]));
+    let number = if unit.is_some() { &text[..text.len() - 1] } else { text };
+    let bytes = number.trim().parse::<f64>().ok().map(|number| number * unit.map_or(1.0, |(_, size)| *size));
+    let valid = |bytes: &f64| (1.0..1e18).contains(bytes);
+    bytes.filter(valid).map(|bytes| bytes as u64).ok_or_else(|| "give bytes, as 8G, 500M or 1e9".to_owned())
+}
+
 /// Frames a second.
 pub fn rate(text: &str) -> Result<f64, String> {
     let rate = text.parse::<f64>().ok().filter(|rate| *rate > 0.0 && rate.is_finite());
@@ -293,6 +305,18 @@ mod tests {
         assert_eq!((relative_error("0.02"), relative_error("2 %")), (Ok(0.02), Ok(0.02)));
         for text in ["0", "-1", "nan", "inf", "%", "", "0%", "1 percent"] {
             assert!(relative_error(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn amounts_of_memory_have_units() {
+        for (text, expected) in
+            [("8G", 8_000_000_000), ("500m", 500_000_000), ("1.5 GB", 1_500_000_000), ("1e9", 1_000_000_000)]
+        {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
+        for text in ["", "G", "-1", "0", "nan", "inf", "1X", "8GG", "1e30", "\u{e4}"] {
+            assert!(bytes(text).is_err(), "{text}");
         }
     }
 

@@ -3,6 +3,7 @@
 use crate::cli::examples;
 use crate::cli::numbers::{percent, scientific};
 use crate::cli::output::{JsonArgs, aligned_in, check_place, columns, make_directory, wrapped};
+use crate::cli::places;
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::image::{Bounds, Format, Image, check_output_path};
@@ -42,11 +43,8 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
     args.json.check()?;
     if let Some(path) = &args.heatmap {
         check_heatmap_path(path)?;
-        if [&args.a, &args.b].iter().any(|input| same_file(input, path)) {
-            return Err(Error::Usage(format!("--heatmap {}: that is one of the images compared", path.display())));
-        }
     }
-    let (mut a, mut b) = (Image::read(&args.a)?, Image::read(&args.b)?);
+    let (mut a, mut b) = places::reading(|| Ok((Image::read(&args.a)?, Image::read(&args.b)?)))?;
     let windows = a.windows.is_some() || b.windows.is_some();
     let area = if windows { overlap(args, &a, &b)? } else { a.data() };
     if windows {
@@ -187,13 +185,9 @@ fn shifted(fault: Fault, area: Bounds) -> Fault {
 
 fn check_heatmap_path(path: &Path) -> Result<()> {
     match Format::of(path) {
-        Ok(Format::Png) => check_place(path, |path| check_output_path(path)),
+        Ok(Format::Png) => check_place(path, |path| check_output_path(path)).and_then(|()| places::claim(path)),
         _ => Err(Error::Usage(format!("--heatmap {}: a heatmap is a PNG; name a .png file", path.display()))),
     }
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Why the images in the files `a` and `b` cannot be compared.

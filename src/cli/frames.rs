@@ -62,6 +62,23 @@ pub struct Shot {
     pub outputs: Vec<PathBuf>,
     /// Where its statistics go.
     pub stats: Option<PathBuf>,
+    /// Where its checkpoint is, if that is said.
+    pub checkpoint: Option<PathBuf>,
+    /// Where the picture so far goes while it is rendered.
+    pub preview: Option<PathBuf>,
+}
+
+/// The names of files of a call, as they are typed.
+#[derive(Clone, Copy, Debug)]
+pub struct Names<'a> {
+    /// Images.
+    pub outputs: &'a [PathBuf],
+    /// As in [`Shot`].
+    pub stats: Option<&'a Path>,
+    /// As in [`Shot`].
+    pub checkpoint: Option<&'a Path>,
+    /// As in [`Shot`]; all frames may share it.
+    pub preview: Option<&'a Path>,
 }
 
 impl FrameArgs {
@@ -69,11 +86,20 @@ impl FrameArgs {
     ///
     /// # Errors
     /// [`Error::Usage`] where several frames would go to one file.
-    pub fn shots(&self, outputs: &[PathBuf], stats: Option<&Path>) -> Result<Vec<Shot>> {
+    pub fn shots(&self, names: Names) -> Result<Vec<Shot>> {
+        let Names { outputs, stats, checkpoint, preview } = names;
+        let owned = |path: Option<&Path>| path.map(Path::to_owned);
         let Some(Frames { first, last }) = self.frames else {
-            return Ok(vec![Shot { frame: None, outputs: outputs.to_vec(), stats: stats.map(Path::to_owned) }]);
+            return Ok(vec![Shot {
+                frame: None,
+                outputs: outputs.to_vec(),
+                stats: owned(stats),
+                checkpoint: owned(checkpoint),
+                preview: owned(preview),
+            }]);
         };
-        if let Some(path) = outputs.iter().map(PathBuf::as_path).chain(stats).find(|path| numbered(path, 0).is_none())
+        let mut own = outputs.iter().map(PathBuf::as_path).chain(stats).chain(checkpoint);
+        if let Some(path) = own.find(|path| numbered(path, 0).is_none())
             && first < last
         {
             return Err(Error::Usage(format!(
@@ -86,6 +112,8 @@ impl FrameArgs {
             frame: Some(frame),
             outputs: outputs.iter().map(|path| named(path, frame)).collect(),
             stats: stats.map(|path| named(path, frame)),
+            checkpoint: checkpoint.map(|path| named(path, frame)),
+            preview: preview.map(|path| named(path, frame)),
         };
         Ok((first..=last).map(shot).collect())
     }
@@ -161,15 +189,18 @@ mod tests {
             skip_existing: false,
         };
         let outputs = ["a.##.exr", "b#.png"].map(PathBuf::from);
-        let shots = args(Some("9..10")).shots(&outputs, Some(Path::new("s#.json"))).unwrap();
+        fn of<'a>(outputs: &'a [PathBuf], stats: Option<&'a Path>) -> Names<'a> {
+            Names { outputs, stats, checkpoint: None, preview: None }
+        }
+        let shots = args(Some("9..10")).shots(of(&outputs, Some(Path::new("s#.json")))).unwrap();
         let files =
             |shot: &Shot| shot.outputs.iter().chain(&shot.stats).map(|path| path.display().to_string()).collect();
         let files: Vec<Vec<String>> = shots.iter().map(files).collect();
         assert_eq!(files, [["a.09.exr", "b9.png", "s9.json"], ["a.10.exr", "b10.png", "s10.json"]]);
         // One frame may go to a plain name, several may not.
         let plain = [PathBuf::from("a.exr")];
-        assert_eq!(args(Some("9")).shots(&plain, None).unwrap()[0].outputs, plain);
-        assert!(args(Some("9..10")).shots(&plain, None).is_err());
-        assert_eq!(args(None).shots(&outputs, None).unwrap()[0].outputs, outputs);
+        assert_eq!(args(Some("9")).shots(of(&plain, None)).unwrap()[0].outputs, plain);
+        assert!(args(Some("9..10")).shots(of(&plain, None)).is_err());
+        assert_eq!(args(None).shots(of(&outputs, None)).unwrap()[0].outputs, outputs);
     }
 }

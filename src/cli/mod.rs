@@ -3,6 +3,7 @@
 //! **Law:** results go to standard output, everything else to standard error. Exit status 0: done; 1: a check failed, the
 //! image was not finished or an output could not be written; 2: bad input or flags. Nothing below this folder prints.
 
+pub mod allocator;
 mod args;
 mod bench;
 mod check;
@@ -13,8 +14,11 @@ mod examples;
 mod frames;
 mod info;
 mod interrupt;
+mod keep;
+mod messages;
 mod numbers;
 mod output;
+mod places;
 mod progress;
 mod render;
 mod resume;
@@ -24,10 +28,13 @@ mod trace;
 
 use crate::api::Scene;
 use crate::error::Result;
+use crate::files::memory::set_max_memory;
+use crate::shown::shown;
 use crate::simd::{SimdLevel, simd_level};
 use crate::tables::PreparedScene;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
+use messages::{report, warn};
 use std::io::Write;
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -40,6 +47,12 @@ static VERSION: LazyLock<String> = LazyLock::new(|| format!("{} {}", env!("CARGO
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// What is said on standard error, beside results: off, error, warn, info or debug
+    #[arg(long, global = true, value_name = "LEVEL", default_value = "warn")]
+    log: log::LevelFilter,
+    /// Take at most so much memory (8G, 500M, or bytes) [default: 0.9 of what the machine or its control group has]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = args::bytes, allow_negative_numbers = true)]
+    max_memory: Option<u64>,
 }
 
 #[derive(Subcommand)]
@@ -82,11 +95,15 @@ fn refuse_cpu(missing: &str) -> ExitCode {
 
 #[inline(never)]
 fn run() -> u8 {
+    messages::begin();
+    interrupt::survive_full_files();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => return start(),
         Err(error) => return report_usage(&error),
     };
+    messages::set_level(cli.log);
+    set_max_memory(cli.max_memory);
     if let Err(error) = SimdLevel::from_environment() {
         report(&error);
         return error.exit_status();
@@ -123,16 +140,18 @@ fn start() -> u8 {
 
 /// Help and versions go to standard output with status 0, wrong arguments to standard error with status 2.
 fn report_usage(error: &clap::Error) -> u8 {
-    // A closed standard output is no reason for another status.
-    let _ = error.print();
+    let text = error.to_string();
+    if !error.use_stderr() {
+        // A closed standard output is no reason for another status.
+        let _ = output::print(&text);
+        return error.exit_code() as u8;
+    }
+    // What was typed stands in it, and may come from anywhere.
+    let _ = write!(std::io::stderr(), "{}", shown(&text));
     if let Some(tip) = suggest::tip(error) {
-        let _ = writeln!(std::io::stderr(), "\n  tip: {tip}");
+        let _ = writeln!(std::io::stderr(), "\n  tip: {}", shown(&tip));
     }
     error.exit_code() as u8
-}
-
-fn report(error: &impl std::fmt::Display) {
-    let _ = writeln!(std::io::stderr(), "error: {error}");
 }
 
 /// [`Scene::prepare`], with what it warns of on stderr.
@@ -140,10 +159,6 @@ fn prepare(scene: &Scene) -> Result<PreparedScene> {
     let prepared = scene.prepare()?;
     prepared.warnings.iter().for_each(|warning| warn(warning));
     Ok(prepared)
-}
-
-fn warn(message: &str) {
-    let _ = writeln!(std::io::stderr(), "warning: {message}");
 }
 
 #[cfg(test)]

@@ -1,7 +1,10 @@
 //! Results: text on standard output, JSON on standard output or in a file, and the places of files.
 
+use crate::cli::places;
 use crate::error::{Error, Result};
-use crate::image::{Format, atomic};
+use crate::files::atomic;
+use crate::image::Format;
+use crate::shown::escaped;
 use serde::Serialize;
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal, Write};
@@ -9,6 +12,11 @@ use std::path::{Component, Path, PathBuf};
 
 /// Prints a result. A reader that has gone away (`octray info .. | head`) is not an error.
 pub fn print(text: &str) -> Result<()> {
+    print_as_it_is(&escaped(text))
+}
+
+/// [`print`] for what has its own way to write what a terminal would obey, as JSON has.
+fn print_as_it_is(text: &str) -> Result<()> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -45,7 +53,7 @@ impl JsonArgs {
     /// Prints `value` if it is to go to standard output, else `text()`, and writes `value` to FILE if one was named.
     pub fn deliver(&self, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
         match self.to_standard_output() {
-            true => print(&json_text(value)?),
+            true => print_as_it_is(&json_text(value)?),
             false => print(&text()),
         }?;
         self.file().map_or(Ok(()), |path| write_json(path, value))
@@ -59,7 +67,10 @@ pub fn check_json_path(flag: &str, path: &Path) -> Result<()> {
     let what = match path.extension() {
         Some(extension) if scene(extension) => "a scene file",
         Some(_) if Format::of(path).is_ok() => "an image",
-        _ => return check_place(path, atomic::check),
+        _ => {
+            check_place(path, atomic::check)?;
+            return places::claim(path);
+        }
     };
     Err(Error::Usage(format!("{flag} {}: that is {what}; name a .json file", path.display())))
 }
@@ -78,7 +89,10 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
 /// Whether the plot named by `flag` can be written, and is of the one kind that plots are.
 pub fn check_plot_path(flag: &str, path: &Path) -> Result<()> {
     match path.extension() {
-        Some(extension) if extension.eq_ignore_ascii_case("svg") => check_place(path, atomic::check),
+        Some(extension) if extension.eq_ignore_ascii_case("svg") => {
+            check_place(path, atomic::check)?;
+            places::claim(path)
+        }
         _ => Err(Error::Usage(format!("{flag} {}: plots are written as SVG; name a .svg file", path.display()))),
     }
 }
@@ -115,6 +129,7 @@ fn first_missing(path: &Path) -> Option<PathBuf> {
 
 /// The same for `a.png`, `./a.png`, a link to it and any other way to its directory, which need not exist.
 pub fn whole_path(path: &Path) -> PathBuf {
+    let path = &atomic::followed(path);
     if let Ok(existing) = path.canonicalize() {
         return existing;
     }

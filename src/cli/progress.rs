@@ -2,14 +2,18 @@
 //! terminal.
 
 use crate::api::Scene;
+use crate::cli::messages;
 use crate::cli::numbers::{percent, three_digits};
+use crate::cli::places;
 use crate::error::Result;
 use crate::film::RelativeError;
 use crate::render::Progress;
 use crate::settings::{Settings, Train};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::json;
 use std::io::IsTerminal;
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::mpsc;
 use std::time::Duration;
 
@@ -20,7 +24,7 @@ const LOADING_AT_LEAST: Duration = Duration::from_secs(1);
 /// [`Scene::load`], with a line for as long as it takes beyond a second; none if `quiet` or if nobody would see it.
 pub fn load(path: &Path, quiet: bool) -> Result<Scene> {
     if quiet || !std::io::stderr().is_terminal() {
-        return Scene::load(path);
+        return places::reading(|| Scene::load(path));
     }
     let line = || {
         let line = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(8));
@@ -29,10 +33,10 @@ pub fn load(path: &Path, quiet: bool) -> Result<Scene> {
         }
         line.set_elapsed(LOADING_AT_LEAST);
         line.set_message(path.display().to_string());
-        line.enable_steady_tick(Duration::from_millis(125));
+        line.tick();
         line
     };
-    beside(LOADING_AT_LEAST, line, |line| line.finish_and_clear(), || Scene::load(path))
+    beside(LOADING_AT_LEAST, line, |line| line.finish_and_clear(), || places::reading(|| Scene::load(path)))
 }
 
 /// What `work` gives; if that takes longer than `patience`, `begin` is called meanwhile, and `end` with what it gave when the
@@ -45,33 +49,54 @@ fn beside<T, L>(
 ) -> T {
     let (working, done) = mpsc::channel::<()>();
     std::thread::scope(|scope| {
-        scope.spawn(move || {
+        let told = move || {
             // Nothing is ever sent: the channel breaks when the work is done.
             if done.recv_timeout(patience) == Err(mpsc::RecvTimeoutError::Timeout) {
                 let begun = begin();
                 let _ = done.recv();
                 end(begun);
             }
-        });
+        };
+        // Where the system refuses to start a thread, nothing is told.
+        let _ = std::thread::Builder::new().spawn_scoped(scope, told);
         let result = work();
         drop(working);
         result
     })
 }
 
+/// How progress is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Form {
+    /// A bar where standard error is a terminal, else nothing
+    #[default]
+    Auto,
+    /// A JSON object a line on standard error, terminal or not; warnings and errors, too
+    Json,
+    /// Nothing
+    None,
+}
+
+/// Seconds between two objects of JSON.
+const BETWEEN_OBJECTS: f64 = 0.25;
+
 /// Shows how far a render has come.
 pub struct Bar {
     bar: ProgressBar,
+    form: Form,
     /// Of what frame, if it is one of a sequence.
+    frame: Option<u32>,
     title: String,
     time: Option<Duration>,
     target: Option<f64>,
+    /// When the last object of JSON was written, in seconds of the render.
+    told: Mutex<Option<f64>>,
 }
 
 impl Bar {
-    /// A bar for a render with `settings`; hidden if `quiet` or if nobody would see it.
-    pub fn new(settings: &Settings, frame: Option<u32>, quiet: bool) -> Bar {
-        let hidden = quiet || !std::io::stderr().is_terminal();
+    /// A bar for a render with `settings`; hidden if nobody would see it.
+    pub fn new(settings: &Settings, frame: Option<u32>, form: Form) -> Bar {
+        let hidden = form != Form::Auto || !std::io::stderr().is_terminal();
         let target = if hidden { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
         let bar = ProgressBar::with_draw_target(Some(STEPS), target);
         if let Ok(style) = ProgressStyle::with_template("{bar:24} {percent:>3} %  {wide_msg}") {
@@ -81,18 +106,49 @@ impl Bar {
         if settings.learns() && settings.train != Train::Off {
             bar.set_message(format!("{title}training render"));
         }
-        Bar { bar, title, time: settings.time, target: settings.target_error }
+        let told = Mutex::new(None);
+        Bar { bar, form, frame, title, time: settings.time, target: settings.target_error, told }
     }
 
     /// Shows `progress`.
     pub fn show(&self, progress: &Progress) {
-        if self.bar.is_hidden() {
+        if self.form == Form::Json {
+            return self.tell(progress);
+        }
+        if self.bar.is_hidden() || progress.training {
             return;
         }
         let done = fraction(progress, self.time, self.target);
         self.bar.set_position((done * STEPS as f64) as u64);
         let message = message(progress, seconds_left(progress, self.time, self.target));
         self.bar.set_message(format!("{}{message}", self.title));
+    }
+
+    /// An object of JSON, if the last one was a while ago.
+    fn tell(&self, progress: &Progress) {
+        // Another thread is at it.
+        let Ok(mut told) = self.told.try_lock() else { return };
+        if told.is_some_and(|told| progress.seconds < told + BETWEEN_OBJECTS) {
+            return;
+        }
+        *told = Some(progress.seconds);
+        messages::event(&json!({
+            "event": "progress",
+            "frame": self.frame,
+            "training": progress.training,
+            "samples": progress.samples,
+            "total": if self.counts_samples(progress) { Some(progress.total) } else { None },
+            "done": fraction(progress, self.time, self.target),
+            "seconds": progress.seconds,
+            "seconds_left": seconds_left(progress, self.time, self.target),
+            "noise": progress.relative_error,
+        }));
+    }
+
+    /// Whether the number of samples is known from the start.
+    fn counts_samples(&self, progress: &Progress) -> bool {
+        let unlimited = u64::from(u32::MAX);
+        (self.time.is_none() && self.target.is_none()) || progress.total < unlimited
     }
 
     /// Removes the bar.
@@ -183,8 +239,15 @@ mod tests {
 
     #[test]
     fn the_bar_follows_whichever_ends_first() {
-        let progress =
-            Progress { samples: 25, resumed: 0, total: 100, seconds: 6.0, relative_error: None, unseen_error: 0.0 };
+        let progress = Progress {
+            samples: 25,
+            resumed: 0,
+            total: 100,
+            seconds: 6.0,
+            training: false,
+            relative_error: None,
+            unseen_error: 0.0,
+        };
         assert_eq!(fraction(&progress, None, None), 0.25);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(8)), None), 0.75);
         assert_eq!(fraction(&progress, Some(Duration::from_secs(1)), None), 1.0);
@@ -205,7 +268,8 @@ mod tests {
     fn the_time_left_follows_from_the_samples_of_this_call() {
         // An earlier call has taken 60; this one 20 in 10 seconds.
         let (resumed, relative_error, unseen_error) = (60, Some(0.02), 0.0);
-        let progress = Progress { samples: 80, resumed, total: 100, seconds: 10.0, relative_error, unseen_error };
+        let (seconds, training) = (10.0, false);
+        let progress = Progress { samples: 80, resumed, total: 100, seconds, training, relative_error, unseen_error };
         let left = |time: Option<u64>, target| seconds_left(&progress, time.map(Duration::from_secs), target);
         assert_eq!(samples_per_second(&progress), 2.0);
         assert_eq!(left(None, None), Some(10.0));

@@ -5,11 +5,14 @@ use crate::camera;
 use crate::cli::args;
 use crate::cli::args::{EstimatorArgs, FilmArgs, PlanArgs};
 use crate::cli::examples;
-use crate::cli::frames::{FrameArgs, Shot};
+use crate::cli::frames::{FrameArgs, Names, Shot};
 use crate::cli::interrupt;
+use crate::cli::keep::{KeepArgs, Watcher, partial_path, remove_partial};
+use crate::cli::messages;
 use crate::cli::numbers::{percent, three_digits};
-use crate::cli::output::{check_json_path, check_place, make_directory, print, whole_path, write_json};
-use crate::cli::progress::{Bar, load};
+use crate::cli::output::{check_json_path, check_place, make_directory, print, write_json};
+use crate::cli::places;
+use crate::cli::progress::{Bar, Form, load};
 use crate::cli::resume::State;
 use crate::cli::stats::Report;
 use crate::cli::{prepare, report, warn};
@@ -17,12 +20,13 @@ use crate::error::{Error, Result};
 use crate::film::OutOfRange;
 use crate::image::{Format, check_output_path};
 use crate::render::sequence::{Sequence, seed_of};
-use crate::render::{Render, render_from};
+use crate::render::{Render, try_render_from};
 use crate::scene::desc::CameraDesc;
 use crate::scene::validate::camera_fault;
 use crate::settings::{Crop, Engine, PlanChoice, Sampler, Settings};
 use crate::setup::frame::Frame;
 use crate::tables::{PreparedScene, scale_limits};
+use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -78,9 +82,20 @@ pub struct RenderArgs {
     /// Write what the render cost and met as JSON
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
+    #[command(flatten)]
+    keeping: KeepArgs,
+    /// How progress is told
+    #[arg(long, value_name = "FORM", value_enum, default_value_t = Form::Auto)]
+    progress: Form,
     /// No progress bar and no summary; warnings stay
     #[arg(long)]
     quiet: bool,
+}
+
+impl RenderArgs {
+    fn form(&self) -> Form {
+        if self.quiet && self.progress == Form::Auto { Form::None } else { self.progress }
+    }
 }
 
 fn spp_help() -> String {
@@ -96,10 +111,16 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
         let message = "--plan: the scalar engine has no plan; leave out --plan or --engine scalar";
         return Err(Error::Usage(message.into()));
     }
-    let shots = args.sequence.shots(&args.output, args.stats.as_deref())?;
+    if args.progress == Form::Json {
+        messages::as_json();
+    }
+    let (checkpoint, preview) = args.keeping.files();
+    let names = Names { outputs: &args.output, stats: args.stats.as_deref(), checkpoint, preview };
+    let shots = args.sequence.shots(names)?;
     shots.iter().try_for_each(check_outputs)?;
+    args.keeping.check(&shots)?;
     let mut scene = load(&args.scene, args.quiet)?;
-    let of_path = args.sequence.place(&mut scene.desc)?;
+    let of_path = places::reading(|| args.sequence.place(&mut scene.desc))?;
     scene.desc.warnings.extend(of_path);
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     // Whatever can be wrong with any frame is told before the first.
@@ -148,34 +169,35 @@ fn render_shot(
     let frame = Frame::new(&settings, scene.desc.film)?;
     let learned_from =
         shot.frame.filter(|_| settings.learns()).map(|frame| sequence.cameras(frame)).unwrap_or_default();
-    let state = State::new(&shot.outputs[0], &scene.desc, &settings, &frame, &learned_from);
-    let start = state.read(&mut settings)?;
-    let start_spp = start.as_ref().map_or(0, |film| film.spp);
+    let path = args.keeping.path(shot);
+    let mut state = State::new(path, &scene.desc, &settings, &frame, &learned_from);
+    let start = state.read(&mut settings, args.keeping.resumes())?;
+    let (start_spp, resumed) = (start.as_ref().map_or(0, |film| film.spp), start.is_some());
     let mut warnings = scene.desc.warnings.clone();
     warnings.extend_from_slice(&prepared.warnings);
-    shot.outputs.iter().chain(&shot.stats).try_for_each(|path| make_directory(path))?;
-    let bar = Bar::new(&settings, shot.frame, args.quiet);
-    let progress = |progress| {
-        bar.show(&progress);
-        !stop.load(Ordering::Relaxed)
-    };
+    shot.outputs.iter().chain(&shot.stats).chain(&shot.preview).try_for_each(|path| make_directory(path))?;
+    let bar = Bar::new(&settings, shot.frame, args.form());
+    let watcher = Watcher::new(&args.keeping, &state, shot.preview.as_deref(), &bar, stop, args.exposure);
     let mut render = match shot.frame {
         Some(frame) => {
             let of_sequence = Settings { seed: first_seed, ..settings.clone() };
-            sequence.render(frame, &of_sequence, start, &progress)
+            sequence.try_render(frame, &of_sequence, start, &watcher)
         }
-        None => render_from(prepared, &settings, start, &progress),
-    };
+        None => try_render_from(prepared, &settings, start, &watcher),
+    }?;
     bar.finish();
 
     render.film.exposure = args.exposure;
     render.film.metadata.extend(shot.frame.map(|frame| ("frame".to_owned(), frame.to_string())));
+    if !render.stats.finished {
+        return stopped(shot, &state, &render, settings.spp).map(|()| false);
+    }
     let mut found = findings(&render);
     found.extend(beyond_f32(&render, &shot.outputs));
     found.iter().for_each(|warning| warn(warning));
     warnings.extend(found);
     // Every file is tried: one full disk must not cost the image that fits elsewhere.
-    let (mut written, mut complete) = (Vec::new(), render.stats.finished);
+    let (mut written, mut complete) = (Vec::new(), true);
     for path in &shot.outputs {
         match render.film.save(path) {
             Ok(()) => written.push(path.as_path()),
@@ -191,34 +213,69 @@ fn render_shot(
         report(&error);
         complete = false;
     }
-    match (render.stats.finished, complete) {
-        (true, true) => state.remove(),
-        (true, false) => {}
-        (false, _) => state.keep(&render, settings.spp)?,
+    if !complete {
+        // The samples outlive their files.
+        state.keep(&render.film, render.stats.render_s, false)?;
+        warn(&format!(
+            "the finished render is kept in {}: the same command writes its files once they can be written",
+            state.path().display()
+        ));
+        return Ok(false);
+    }
+    match args.keeping.keeps() {
+        true => state.keep(&render.film, render.stats.render_s, true)?,
+        false => state.remove(),
+    }
+    if resumed {
+        remove_partial(&shot.outputs);
     }
     if !args.quiet {
         print(&summary(&settings, &render, &written, shot.frame.is_some()))?;
     }
-    Ok(complete)
+    messages::event(&json!({
+        "event": "finished",
+        "frame": shot.frame,
+        "files": written.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
+        "samples_per_pixel": render.film.spp,
+        "seconds": render.stats.render_s,
+        "noise": render.film.relative_error(),
+    }));
+    Ok(true)
+}
+
+/// Keeps what an interrupted render, which was to have `spp` samples a pixel, has come to, and writes the picture so far.
+fn stopped(shot: &Shot, state: &State, render: &Render, spp: u32) -> Result<()> {
+    let film = &render.film;
+    if film.most_spp() == 0 {
+        warn("stopped before the first sample: there is nothing to keep");
+        return Ok(());
+    }
+    state.keep(film, render.stats.render_s, false)?;
+    let mut partial = Vec::new();
+    for path in shot.outputs.iter().filter_map(|path| partial_path(path)) {
+        match film.save(&path) {
+            Ok(()) => partial.push(path.display().to_string()),
+            Err(error) => report(&error),
+        }
+    }
+    let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
+    let done = match film.uneven {
+        Some(_) => format!("{} to {}", film.spp, film.most_spp()),
+        None => film.spp.to_string(),
+    };
+    let so_far =
+        if partial.is_empty() { String::new() } else { format!("; the picture so far: {}", partial.join(", ")) };
+    let path = state.path().display();
+    warn(&format!("stopped after {done}{of} samples a pixel; the same command goes on from there ({path}){so_far}"));
+    Ok(())
 }
 
 /// Everything that can be known about the outputs before the work starts.
 fn check_outputs(shot: &Shot) -> Result<()> {
     let images = shot.outputs.iter();
     images.clone().try_for_each(|path| check_place(path, |path| check_output_path(path)))?;
-    shot.stats.iter().try_for_each(|path| check_json_path("--stats", path))?;
-    let mut seen: Vec<PathBuf> = Vec::new();
-    for path in images.chain(&shot.stats) {
-        let whole = whole_path(path);
-        if seen.contains(&whole) {
-            return Err(Error::Usage(format!(
-                "{}: named for two outputs; each needs a file of its own",
-                path.display()
-            )));
-        }
-        seen.push(whole);
-    }
-    Ok(())
+    images.clone().try_for_each(|path| places::claim(path))?;
+    shot.stats.iter().try_for_each(|path| check_json_path("--stats", path))
 }
 
 /// Flag over scene over default.

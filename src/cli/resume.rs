@@ -1,11 +1,10 @@
-//! An interrupted render goes on where it was: its sums are kept beside the image until it is finished.
+//! An interrupted render goes on where it was, and a finished one can be extended: its sums are kept in a checkpoint.
 
+use crate::cli::messages::tell;
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::checkpoint;
-use crate::film::checkpoint::Checkpoint;
-use crate::render::Render;
 use crate::scene::SceneDesc;
 use crate::scene::desc::CameraDesc;
 use crate::scene::fingerprint;
@@ -14,25 +13,23 @@ use crate::setup::frame::Frame;
 use crate::setup::recipe::Recipe;
 use std::path::{Path, PathBuf};
 
-/// The file that an interrupted render leaves, and what decides whether another render may go on from it.
+/// The checkpoint of a render, and what decides whether another render may go on from it.
 pub struct State {
     path: PathBuf,
     recipe: Recipe,
     /// Seconds that earlier calls have taken.
-    seconds: std::cell::Cell<f64>,
+    seconds: f64,
 }
 
 impl State {
-    /// That of a render to `output`; `learned_from`: the cameras of the frames whose training it shares.
+    /// That of a render in `path`; `learned_from`: the cameras of the frames whose training it shares.
     pub fn new(
-        output: &Path,
+        path: PathBuf,
         scene: &SceneDesc,
         settings: &Settings,
         frame: &Frame,
         learned_from: &[CameraDesc],
     ) -> State {
-        let mut path = output.as_os_str().to_owned();
-        path.push(".unfinished");
         let content = format!("{:016x}", fingerprint::scene(scene));
         let training = match learned_from.len() {
             0 | 1 => "by itself".to_owned(),
@@ -40,55 +37,72 @@ impl State {
         };
         let recipe = Recipe::new(&scene.name, settings, frame).and("content of the scene", content);
         let recipe = recipe.and("training", training);
-        State { path: path.into(), recipe, seconds: std::cell::Cell::new(0.0) }
+        State { path, recipe, seconds: 0.0 }
     }
 
-    /// What there is to go on from; `settings.time` is cut by what has been used of it.
+    /// Where it is kept.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What there is to go on from; `settings.time` is cut by what has been used of it. `resume`: whether a finished render is to
+    /// be extended.
     ///
     /// # Errors
-    /// [`Error::Usage`] and [`Error::Parse`] if the file is of another render, or damaged: it is left as it is.
-    pub fn read(&self, settings: &mut Settings) -> Result<Option<Film>> {
-        if !self.path.exists() {
-            return Ok(None);
+    /// [`Error::Usage`] and [`Error::Parse`] if the file is of another render, or damaged, or of a finished render that nobody
+    /// asked to go on with: it is left as it is. [`Error::Usage`] if there is none, and `resume` wants one.
+    pub fn read(&mut self, settings: &mut Settings, resume: bool) -> Result<Option<Film>> {
+        let path = self.path.display();
+        if self.path.symlink_metadata().is_err() {
+            return match resume {
+                true => Err(Error::Usage(format!(
+                    "{path}: there is no such checkpoint to resume; --keep-checkpoint leaves one behind a finished render"
+                ))),
+                false => Ok(None),
+            };
         }
         let found = checkpoint::read(&self.path)?;
-        let path = self.path.display();
+        let kind = if found.finished { "the checkpoint of a finished render" } else { "an unfinished render" };
         if !self.recipe.0.iter().map(|(name, _)| name).eq(found.settings.iter().map(|(name, _)| name)) {
             return Err(Error::Usage(format!(
-                "{path}: an unfinished render of another version of octray; finish it with that one, delete that file, or \
-                 write to another image"
+                "{path}: {kind} of another version of octray; go on with that one, delete that file, or write to another \
+                 image"
             )));
         }
         let differs = self.recipe.0.iter().zip(&found.settings).find(|(own, theirs)| own != theirs);
         if let Some(((name, own), (_, theirs))) = differs {
             return Err(Error::Usage(format!(
-                "{path}: an unfinished render with {name} {theirs}, and this one has {own}; finish it first, delete that \
-                 file, or write to another image"
+                "{path}: {kind} with {name} {theirs}, and this one has {own}; finish it first, delete that file, or write \
+                 to another image"
             )));
         }
-        if found.film.spp > settings.spp {
+        if found.film.most_spp() > settings.spp {
             return Err(Error::Usage(format!(
-                "{path}: an unfinished render that has {} samples a pixel, more than {}; ask for more samples or delete \
-                 that file",
-                found.film.spp, settings.spp
+                "{path}: {kind} that has {} samples a pixel, more than {}; ask for more samples or delete that file",
+                found.film.most_spp(),
+                settings.spp
+            )));
+        }
+        if found.finished && !resume {
+            return Err(Error::Usage(format!(
+                "{path}: {kind} of {} samples a pixel; --resume goes on from it, and without that file it is rendered anew",
+                found.film.spp
             )));
         }
         warn(&format!("going on from {path} with {} samples a pixel", found.film.spp));
-        self.seconds.set(found.seconds);
+        self.seconds = found.seconds;
         let used = std::time::Duration::try_from_secs_f64(found.seconds).unwrap_or_default();
         settings.time = settings.time.map(|time| time.saturating_sub(used));
         Ok(Some(found.film))
     }
 
-    /// Keeps what `render`, which was to have `spp` samples a pixel, has come to.
-    pub fn keep(&self, render: &Render, spp: u32) -> Result<()> {
-        let film = render.film.clone();
-        let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
-        let done = film.spp;
-        let seconds = self.seconds.get() + render.stats.render_s;
-        checkpoint::write(&self.path, &Checkpoint { settings: self.recipe.0.clone(), seconds, film })?;
-        let path = self.path.display();
-        warn(&format!("stopped after {done}{of} samples a pixel; the same command goes on from there ({path})"));
+    /// Keeps `film`, for which this call has taken `seconds`.
+    ///
+    /// # Errors
+    /// [`Error::Write`]: what was kept before is kept still.
+    pub fn keep(&self, film: &Film, seconds: f64, finished: bool) -> Result<()> {
+        checkpoint::write(&self.path, &self.recipe.0, (self.seconds + seconds, finished), film)?;
+        tell(&format!("{}: {} samples a pixel are kept", self.path.display(), film.spp));
         Ok(())
     }
 

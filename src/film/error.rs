@@ -8,12 +8,12 @@ const UNSEEN_HITS: f64 = 5.0;
 /// The least part of the picture over which they are thought to be spread.
 const UNSEEN_PART: f64 = 1.0 / 64.0;
 
-/// What the error estimate needs of some pixels with equally many samples.
+/// What the error estimate needs of some pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ErrorSums {
     /// Pixels counted.
     pixels: f64,
-    /// Samples of each.
+    /// Samples of those that have most.
     spp: f64,
     /// Sum of the variances of the pixels' means, channels averaged.
     variance: f64,

@@ -9,12 +9,13 @@
 
 pub mod checkpoint;
 pub mod error;
-pub mod sealed;
 pub mod sums;
 
 pub use error::{ErrorSums, RelativeError};
 pub use sums::{GroupSums, Pixel, SquareSums, Sums, SumsMut};
 
+use crate::error::Result;
+use crate::files::memory;
 use crate::settings::{Crop, Sampler};
 
 /// A sample that was not finite: where it arose. Such samples never reach the film's sums.
@@ -52,6 +53,28 @@ pub struct OutOfRange {
     pub small_variances: usize,
 }
 
+/// How many samples pixels have where a render was stopped in the middle of a pass: each tile has samples of its own number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TileCounts {
+    /// Columns and rows of a tile; the last ones of a row or column may be cut.
+    pub tile: (u32, u32),
+    /// Samples in every pixel of each tile, tiles row by row.
+    pub counts: Vec<u32>,
+}
+
+impl TileCounts {
+    /// Tiles of a film of so many columns and rows.
+    pub fn grid(tile: (u32, u32), (width, height): (u32, u32)) -> (u32, u32) {
+        (width.div_ceil(tile.0), height.div_ceil(tile.1))
+    }
+
+    /// Samples of the pixel in column `x` of row `y`, of a film of `width` columns.
+    fn at(&self, x: u32, y: u32, width: u32) -> u32 {
+        let (columns, _) = TileCounts::grid(self.tile, (width, 1));
+        self.counts[(y / self.tile.1) as usize * columns as usize + (x / self.tile.0) as usize]
+    }
+}
+
 /// The sums of a picture (or of a crop of it), row 0 at the top.
 #[derive(Clone, Debug, Default)]
 pub struct Film {
@@ -61,8 +84,10 @@ pub struct Film {
     pub height: u32,
     /// Where these pixels lie in the film; `None`: they are all of it.
     pub place: Option<Place>,
-    /// Samples in every pixel.
+    /// Samples in every pixel; where not all have as many, in those that have least.
     pub spp: u32,
+    /// How many each has, if they have not equally many.
+    pub uneven: Option<TileCounts>,
     /// `width * height` pixels, row by row.
     pub pixels: Vec<Pixel>,
     /// The pixels' sums of squares; empty where samples are not independent.
@@ -82,17 +107,47 @@ impl Film {
     }
 
     /// An empty film for `crop` and the samples of `sampler`.
+    ///
+    /// # Panics
+    /// Where memory for it cannot be had; see [`Film::try_of_sampler`].
     pub fn of_sampler(crop: Crop, sampler: Sampler) -> Film {
+        Film::try_of_sampler(crop, sampler).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// An empty film for `crop` and the samples of `sampler`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] if there is not enough for it.
+    pub fn try_of_sampler(crop: Crop, sampler: Sampler) -> Result<Film> {
         let count = crop.width as usize * crop.height as usize;
         let (independent, grouped) = if sampler == Sampler::Sobol { (0, count) } else { (count, 0) };
-        Film {
+        let what = format!("a film of {} x {} pixels", crop.width, crop.height);
+        // As a whole, so that the message says what it takes; then table by table.
+        memory::claim(Film::bytes(count, sampler), &what)?;
+        Ok(Film {
             width: crop.width,
             height: crop.height,
-            pixels: vec![Pixel::default(); count],
-            squares: vec![SquareSums::default(); independent],
-            groups: vec![GroupSums::default(); grouped],
+            pixels: memory::table(count, &what)?,
+            squares: memory::table(independent, &what)?,
+            groups: memory::table(grouped, &what)?,
             ..Film::default()
-        }
+        })
+    }
+
+    /// Bytes that the tables of so many pixels take.
+    fn bytes(count: usize, sampler: Sampler) -> u64 {
+        let beside = if sampler == Sampler::Sobol { size_of::<GroupSums>() } else { size_of::<SquareSums>() };
+        (count as u64).saturating_mul((size_of::<Pixel>() + beside) as u64)
+    }
+
+    /// Samples of the pixel in column `x` of row `y`.
+    pub fn spp_at(&self, x: u32, y: u32) -> u32 {
+        self.uneven.as_ref().map_or(self.spp, |uneven| uneven.at(x, y, self.width))
+    }
+
+    /// The most samples that a pixel has.
+    pub fn most_spp(&self) -> u32 {
+        self.uneven.iter().flat_map(|uneven| uneven.counts.iter().copied()).max().unwrap_or(self.spp)
     }
 
     /// Adds to pixel `index`, counted row by row, its sample number `sample`; true if it was finite, else it is left out (and
@@ -114,7 +169,8 @@ impl Film {
     /// The mean of a pixel's samples: its radiance, rounded once to f32; the largest f32 where it is larger.
     pub fn mean(&self, x: u32, y: u32) -> [f32; 3] {
         let pixel = self.pixel(x, y);
-        pixel.sum.map(|sum| match sum / self.spp.max(1) as f64 {
+        let spp = self.spp_at(x, y).max(1) as f64;
+        pixel.sum.map(|sum| match sum / spp {
             mean if mean.is_finite() => (mean as f32).clamp(f32::MIN, f32::MAX),
             mean => mean as f32,
         })
@@ -124,7 +180,7 @@ impl Film {
     /// not known: below two samples, or four that are not independent. What leaves the range of f32 (squares do so soon: those
     /// of 2e19 above, of 1e-19 below) is its largest or its smallest normal number instead; see [`Film::out_of_range`].
     pub fn variance(&self, x: u32, y: u32) -> [f32; 3] {
-        let sums = self.sums();
+        let sums = Sums { spp: self.spp_at(x, y), ..self.sums() };
         if !sums.tell_errors() {
             return [0.0; 3];
         }
@@ -137,9 +193,9 @@ impl Film {
     /// How many pixels of image files hold a bound of f32 in place of a value beyond it.
     pub fn out_of_range(&self) -> OutOfRange {
         let mut found = OutOfRange::default();
-        let (sums, spp) = (self.sums(), self.spp.max(1) as f64);
         for (index, pixel) in self.pixels.iter().enumerate() {
-            let most = pixel.sum.iter().copied().fold(0.0, f64::max) / spp;
+            let sums = Sums { spp: self.spp_of(index), ..self.sums() };
+            let most = pixel.sum.iter().copied().fold(0.0, f64::max) / sums.spp.max(1) as f64;
             found.means += (most > f64::from(f32::MAX)) as usize;
             if sums.tell_errors() {
                 let variance = sums.variance(index);
@@ -150,10 +206,25 @@ impl Film {
         found
     }
 
+    /// Samples of pixel `index`, counted row by row.
+    fn spp_of(&self, index: usize) -> u32 {
+        match &self.uneven {
+            None => self.spp,
+            Some(uneven) => {
+                uneven.at((index % self.width as usize) as u32, (index / self.width as usize) as u32, self.width)
+            }
+        }
+    }
+
     /// The mean radiance of the picture, per channel.
     pub fn mean_radiance(&self) -> [f64; 3] {
-        let samples = self.pixels.len().max(1) as f64 * self.spp.max(1) as f64;
-        std::array::from_fn(|c| self.pixels.iter().map(|p| p.sum[c]).sum::<f64>() / samples)
+        if self.uneven.is_none() {
+            let samples = self.pixels.len().max(1) as f64 * self.spp.max(1) as f64;
+            return std::array::from_fn(|c| self.pixels.iter().map(|p| p.sum[c]).sum::<f64>() / samples);
+        }
+        let mean = |(index, pixel): (usize, &Pixel), c: usize| pixel.sum[c] / self.spp_of(index).max(1) as f64;
+        let count = self.pixels.len().max(1) as f64;
+        std::array::from_fn(|c| self.pixels.iter().enumerate().map(|pixel| mean(pixel, c)).sum::<f64>() / count)
     }
 
     /// The picture's estimated relative standard error: the root of (mean variance of a pixel's mean) over the mean
@@ -166,7 +237,23 @@ impl Film {
     /// comes from what the squared errors of so many pixels add up to by chance, each with twice the square of its variance
     /// (as normal means have), the channels of a pixel fully correlated.
     pub fn relative_error_estimate(&self) -> Option<(f64, f64)> {
-        ErrorSums::of(self.sums()).estimate()
+        let Some(uneven) = &self.uneven else { return ErrorSums::of(self.sums()).estimate() };
+        // Runs of pixels in a row that have equally many samples.
+        let mut all = ErrorSums::default();
+        let sums = self.sums();
+        for y in 0..self.height {
+            for x in (0..self.width).step_by(uneven.tile.0 as usize) {
+                let start = y as usize * self.width as usize + x as usize;
+                let run = start..start + (self.width - x).min(uneven.tile.0) as usize;
+                all.add(&ErrorSums::of(Sums {
+                    pixels: &sums.pixels[run.clone()],
+                    squares: sums.squares.get(run.clone()).unwrap_or_default(),
+                    groups: sums.groups.get(run).unwrap_or_default(),
+                    spp: self.spp_at(x, y),
+                }));
+            }
+        }
+        all.estimate()
     }
 
     fn pixel(&self, x: u32, y: u32) -> &Pixel {
@@ -192,6 +279,33 @@ mod tests {
         let (error, standard_error) = film.relative_error_estimate().unwrap();
         assert!((error - 0.5f64.sqrt() / 2.0).abs() < 1e-12);
         assert!((standard_error - 0.5 * 2f64.sqrt() * error).abs() < 1e-12);
+    }
+
+    #[test]
+    fn pixels_of_unequal_counts_are_each_divided_by_their_own() {
+        // Two tiles of one column: the first has samples 1 and 3, the second 2, 4, 6 and 8.
+        let mut film = Film::new(Crop { x: 0, y: 0, width: 2, height: 1 });
+        for (pixel, samples) in [(0, &[1.0, 3.0][..]), (1, &[2.0, 4.0, 6.0, 8.0])] {
+            assert!((0..).zip(samples).all(|(sample, value)| film.add(pixel, sample, [*value; 3])));
+        }
+        film.spp = 2;
+        film.uneven = Some(TileCounts { tile: (1, 1), counts: vec![2, 4] });
+        assert_eq!((film.mean(0, 0), film.mean(1, 0), film.most_spp()), ([2.0; 3], [5.0; 3], 4));
+        // Variances of the means: 2 / 2 and (9 + 1 + 1 + 9) / 3 / 4.
+        assert_eq!((film.variance(0, 0), film.variance(1, 0)), ([1.0; 3], [20.0 / 12.0; 3]));
+        assert_eq!(film.mean_radiance(), [3.5; 3]);
+        let error = film.relative_error().unwrap();
+        assert!((error - ((1.0 + 20.0 / 12.0) / 2.0f64).sqrt() / 3.5).abs() < 1e-12);
+        // A tile without a sample is black.
+        film.uneven = Some(TileCounts { tile: (1, 1), counts: vec![2, 0] });
+        assert!(film.mean(1, 0)[0].is_finite() && film.variance(1, 0) == [0.0; 3]);
+    }
+
+    #[test]
+    fn a_film_that_no_machine_holds_is_refused() {
+        let crop = Crop { x: 0, y: 0, width: u32::MAX, height: u32::MAX };
+        let refused = Film::try_of_sampler(crop, Sampler::Sobol).unwrap_err().to_string();
+        assert!(refused.starts_with("a film of 4294967295 x 4294967295 pixels needs "), "{refused}");
     }
 
     #[test]

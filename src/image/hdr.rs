@@ -3,9 +3,9 @@
 //! Written here and not through the `image` crate, whose encoder cuts mantissas off: that darkens a picture by 0.2 % on
 //! average. Rounding to nearest keeps means right.
 
+use crate::files::atomic::Sink;
 use crate::film::Film;
 use crate::image::Image;
-use crate::image::atomic::Sink;
 use std::io;
 
 /// Writes flat scanlines, top to bottom. Every written pixel but black has a mantissa of at least 128, so none can be

@@ -1,9 +1,8 @@
 //! Image files: EXR, Radiance HDR, PFM (linear radiance) and PNG (sRGB).
 //!
 //! **Law:** a file's bytes depend on the film alone: no dates, no host names, no hash order. A file appears whole or not at
-//! all ([`atomic`]). In memory, row 0 is the top of the picture; PFM alone stores rows bottom-up.
+//! all ([`crate::files::atomic`]). In memory, row 0 is the top of the picture; PFM alone stores rows bottom-up.
 
-pub mod atomic;
 mod exr;
 mod hdr;
 mod pfm;
@@ -11,6 +10,7 @@ mod png;
 
 use crate::color::srgb8;
 use crate::error::{Error, Result};
+use crate::files::{atomic, memory, read};
 use crate::film::Film;
 use std::io;
 use std::path::Path;
@@ -63,7 +63,11 @@ impl Film {
     ///
     /// The file appears whole or not at all; on an error an older file of that name is untouched.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = path.as_ref();
+        self.save_exposed(path.as_ref(), self.exposure)
+    }
+
+    /// [`Film::save`], with `exposure` stops in place of the film's own.
+    pub fn save_exposed(&self, path: &Path, exposure: f64) -> Result<()> {
         let format = Format::of(path)?;
         atomic::write(path, |out| match format {
             Format::Exr => {
@@ -72,7 +76,7 @@ impl Film {
                 let pixels = |x, y| (self.mean(x, y), self.variance(x, y));
                 exr::write(&header, &pixels, self.sums().tell_errors(), out)
             }
-            Format::Png => png::write(self, out),
+            Format::Png => png::write(self, exposure, out),
             Format::Hdr => hdr::write(self, out),
             Format::Pfm => pfm::write(self, out),
         })
@@ -166,7 +170,7 @@ impl Image {
     pub fn read(path: impl AsRef<Path>) -> Result<Image> {
         let path = path.as_ref();
         let format = Format::of(path)?;
-        let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+        let bytes = read::bytes(path)?;
         let image = match format {
             Format::Exr => exr::read(&bytes),
             Format::Png => png::read(&bytes),
@@ -236,6 +240,12 @@ impl Image {
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
         self.pixels[y as usize * self.width as usize + x as usize]
     }
+}
+
+/// Asks for the memory that `count` pixels of `bytes` each take while they are decoded, before any of it is taken.
+fn claim(width: u64, height: u64, bytes: u64) -> std::result::Result<(), String> {
+    let wanted = width.saturating_mul(height).saturating_mul(bytes);
+    memory::claim(wanted, &format!("an image of {width} x {height} pixels")).map_err(|error| error.to_string())
 }
 
 /// An encoder's error as an I/O error, which [`atomic::write`] turns into a message.

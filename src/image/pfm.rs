@@ -1,8 +1,8 @@
 //! Portable float maps: a text header, then f32 values row by row from the bottom.
 
+use crate::files::atomic::Sink;
 use crate::film::Film;
-use crate::image::Image;
-use crate::image::atomic::Sink;
+use crate::image::{Image, claim};
 use std::io;
 
 /// Writes little-endian RGB (a negative scale says so).
@@ -32,10 +32,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<Image, String> {
     let Some(scale) = scale else {
         return Err("PFM header: the third line must be a scale other than 0".into());
     };
-    let count = width as u64 * height as u64 * channels;
-    if rest.len() as u64 != 4 * count {
-        return Err(format!("PFM data: {} bytes where {} are expected", rest.len(), 4 * count));
+    // In 128 bits, which two numbers of 32 and twelve do not leave.
+    let expected = u128::from(width) * u128::from(height) * channels * 4;
+    if rest.len() as u128 != expected {
+        return Err(format!("PFM data: {} bytes where {expected} are expected", rest.len()));
     }
+    claim(width.into(), height.into(), 4 * 3 + 12)?;
     let order = if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
     let values: Vec<f32> = rest.as_chunks().0.iter().map(|&bytes| order(bytes)).collect();
     let row_values = width as usize * channels as usize;

@@ -1,6 +1,7 @@
 //! From a path to a [`SceneDesc`]: `.toml`, bare `.obj` or `builtin:NAME`.
 
 use crate::error::{Error, Result};
+use crate::files::read;
 use crate::image::Image;
 use crate::import::obj::mesh::{ObjMaterial, ObjMesh, load_obj};
 use crate::import::obj::mtl::{MtlKind, MtlMaterial};
@@ -50,7 +51,7 @@ impl SceneDesc {
 }
 
 fn load_toml(path: &Path) -> Result<SceneDesc> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let bytes = read::bytes(path)?;
     let SceneFile { camera, film, filter, render, meshes, materials, environment } =
         parse::parse_scene(path, &parse::toml_text(path, bytes)?)?;
     if meshes.is_empty() {
@@ -87,7 +88,7 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
 /// # Errors
 /// [`Error::Read`] and [`Error::Parse`] name the file, the line and what to do.
 pub fn load_camera_path(path: &Path) -> Result<(CameraDesc, CameraPath)> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let bytes = read::bytes(path)?;
     parse::parse_camera_path(path, &parse::toml_text(path, bytes)?)
 }
 

@@ -9,17 +9,19 @@ pub mod pilot;
 pub mod sequence;
 mod shared;
 mod tiles;
+pub mod watch;
 mod workers;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::clock::Stopwatch;
+use crate::error::{Error, Result};
 use crate::fault::{Fault, planted};
-use crate::film::{Film, NonFinite, Place, RelativeError};
+use crate::film::{Film, NonFinite, Place, RelativeError, TileCounts};
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
 use crate::reference::single;
-use crate::settings::{Crop, Settings};
+use crate::settings::{Crop, Sampler, Settings};
 use crate::setup::Setup;
 use crate::setup::recipe::Recipe;
 pub use crate::stats::{RayCounts, StageStats, Stats};
@@ -27,10 +29,11 @@ use crate::tables::PreparedScene;
 use crate::trace::TraceVertex;
 use chance::brightest_by_chance;
 use passes::{PASS_SPP, pass_length, reaches};
-use shared::SharedSum;
+use shared::{Between, SharedSum};
 use tiles::{Order, cut_into_tiles, reorder, tile_size};
-use workers::{Job, Worker};
-pub use workers::{PATHS_AT_ONCE, Progress, fill_slots};
+pub use watch::{Progress, Watch};
+use workers::{Job, Worker, with_team};
+pub use workers::{PATHS_AT_ONCE, fill_slots};
 
 /// How many non-finite samples are described one by one.
 const NONFINITE_SHOWN: usize = 8;
@@ -45,12 +48,18 @@ pub struct Render {
 }
 
 /// Renders `scene` as `settings` say. See [`render_with`].
+///
+/// # Panics
+/// As [`render_from`].
 pub fn render(scene: &PreparedScene, settings: &Settings) -> Render {
     render_with(scene, settings, &|_| true)
 }
 
-/// Renders and tells `progress` now and then how far it is; once that returns false, the render stops after the pass it is
-/// in and the picture holds the samples taken so far.
+/// Renders and tells `progress` now and then how far it is; once that returns false, the render stops at once and the picture
+/// holds the samples taken so far, of which some parts may then have more than others ([`Film::uneven`]).
+///
+/// # Panics
+/// As [`render_from`].
 pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn Fn(Progress) -> bool + Sync)) -> Render {
     render_from(scene, settings, None, progress)
 }
@@ -58,15 +67,44 @@ pub fn render_with(scene: &PreparedScene, settings: &Settings, progress: &(dyn F
 /// Goes on from `start`, a picture that an earlier call with the same scene and settings (but for `spp`, `time`,
 /// `target_error`, `engine` and `threads`) had come to. The picture then is, bit for bit, the one that would have come
 /// without the break. Statistics are those of this call.
+///
+/// # Panics
+/// Where [`try_render_from`] returns an error, with its message.
 pub fn render_from(
     scene: &PreparedScene,
     settings: &Settings,
     start: Option<Film>,
     progress: &(dyn Fn(Progress) -> bool + Sync),
 ) -> Render {
+    expect(try_render_from(scene, settings, start, &progress))
+}
+
+/// What `done` holds.
+fn expect(done: Result<Render>) -> Render {
+    done.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// [`render`], for those who do not want to end with a film that is too large.
+///
+/// # Errors
+/// As [`try_render_from`].
+pub fn try_render(scene: &PreparedScene, settings: &Settings) -> Result<Render> {
+    try_render_from(scene, settings, None, &|_| true)
+}
+
+/// [`render_from`]; `watch` hears how far the render is, may stop it, and is shown the picture as often as it wants.
+///
+/// # Errors
+/// [`Error::Memory`] if there is not enough for the film; [`Error::Usage`] if `start` is no picture of this film and sampler.
+pub fn try_render_from(
+    scene: &PreparedScene,
+    settings: &Settings,
+    start: Option<Film>,
+    watch: &dyn Watch,
+) -> Result<Render> {
     let preparing = Stopwatch::start();
     let setup = Setup::new(scene, settings);
-    train_and_render(setup, settings, start, progress, preparing.wall_seconds())
+    train_and_render(setup, settings, start, watch, preparing.wall_seconds())
 }
 
 /// Learns what `settings` want to be learned and renders; `setup_s`: seconds that making the setup has taken.
@@ -74,86 +112,192 @@ fn train_and_render(
     mut setup: Setup,
     settings: &Settings,
     start: Option<Film>,
-    progress: &(dyn Fn(Progress) -> bool + Sync),
+    watch: &dyn Watch,
     setup_s: f64,
-) -> Render {
+) -> Result<Render> {
     // Training is rendering: its seconds count.
-    let watch = Stopwatch::start();
-    pilot::train(&mut setup, settings);
-    render_trained(&setup, settings, start, progress, (setup_s, watch))
+    let clock = Stopwatch::start();
+    let stop = AtomicBool::new(false);
+    pilot::train(&mut setup, settings, &|| asked_to_stop(watch, &stop, start.as_ref(), settings, &clock));
+    render_trained(&setup, settings, start, (watch, &stop), (setup_s, clock))
 }
 
-/// Renders what is all learned for; `watch` has run since training began.
+/// Whether somebody wants the render to end, asked while it trains; `stop` keeps the answer.
+fn asked_to_stop(
+    watch: &dyn Watch,
+    stop: &AtomicBool,
+    start: Option<&Film>,
+    settings: &Settings,
+    clock: &Stopwatch,
+) -> bool {
+    let pixels = start.map_or(0, |film| film.pixels.len() as u64);
+    let resumed = start.map_or(0, |film| u64::from(film.spp)) * pixels;
+    let progress = Progress {
+        samples: resumed,
+        resumed,
+        total: u64::from(settings.spp.max(1)) * pixels.max(1),
+        seconds: clock.wall_seconds(),
+        training: true,
+        relative_error: None,
+        unseen_error: 0.0,
+    };
+    if !stop.load(Ordering::Relaxed) && !watch.progress(progress) {
+        stop.store(true, Ordering::Relaxed);
+    }
+    stop.load(Ordering::Relaxed)
+}
+
+/// Why a leg of a render has ended: between two of them no thread has the film.
+enum LegEnd {
+    /// All is done.
+    Finished,
+    /// Somebody wants the render to end.
+    Stopped,
+    /// Somebody wants to see the picture.
+    Paused,
+}
+
+/// Renders what is all learned for; `clock` has run since training began.
 fn render_trained(
     setup: &Setup,
     settings: &Settings,
     start: Option<Film>,
-    progress: &(dyn Fn(Progress) -> bool + Sync),
-    (setup_s, watch): (f64, Stopwatch),
-) -> Render {
-    let trained_s = watch.wall_seconds();
+    (watch, stop): (&dyn Watch, &AtomicBool),
+    (setup_s, clock): (f64, Stopwatch),
+) -> Result<Render> {
+    let trained_s = clock.wall_seconds();
     let plan = Plan::new(setup);
     let spp = settings.spp.max(1);
-    let mut done = start.as_ref().map_or(0, |film| film.spp);
-    let (first, resumed) = (done, start.is_some());
-    let film = start.filter(|_| !planted(Fault::LostPass));
-    let mut film = film.unwrap_or_else(|| Film::of_sampler(setup.frame.crop, settings.sampler));
-    let tile = tile_size(spp.min(PASS_SPP));
-    if resumed {
-        reorder(&mut film, tile, Order::Tiles);
-    }
-    let tiles = cut_into_tiles(setup, &mut film, tile);
-    let threads = thread_count(settings.threads).min(tiles.len());
+    let mut film = match start.filter(|_| !planted(Fault::LostPass)) {
+        Some(film) => checked(film, setup)?,
+        None => Film::try_of_sampler(setup.frame.crop, settings.sampler)?,
+    };
+    // Counts are told for tiles of their own size.
+    let tile = film.uneven.as_ref().map_or(tile_size(spp.min(PASS_SPP)), |uneven| uneven.tile);
+    let (columns, rows) = TileCounts::grid(tile, (film.width, film.height));
+    let mut threads = thread_count(settings.threads).min(columns as usize * rows as usize);
+    let wanted = threads;
+    let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&plan, settings.engine)).collect();
     let pixels = setup.frame.crop.width as u64 * setup.frame.crop.height as u64;
-    let mut job = Job {
-        setup,
-        plan: &plan,
-        engine: settings.engine,
-        tiles,
-        next_tile: SharedSum::new(0),
-        samples: SharedSum::new(done as u64 * pixels),
-        resumed: done as u64 * pixels,
-        // Looked for only where something asks for it: a map of the surroundings may be large.
-        brightest: settings.target_error.map_or(0.0, |_| brightest_by_chance(setup)),
-        relative_error: None,
-        unseen_error: 0.0,
-        stop: AtomicBool::new(false),
-        watch,
-        total: spp as u64 * pixels,
-        progress,
-    };
-    let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&job)).collect();
-    // A picture to go on from may be good enough as it is.
-    let mut error = if resumed { job.note_error() } else { None };
-    let by_chance = job.brightest > 0.0;
-    let reached = |done: u32, error: Option<RelativeError>, seconds: f64| {
-        let target = settings.target_error.is_some_and(|target| reaches(target, done, pixels, error, by_chance));
-        done >= spp || target || settings.time.is_some_and(|time| seconds >= time.as_secs_f64())
-    };
-    let finished = loop {
-        let seconds = watch.wall_seconds();
-        // At least one pass is made, so that there is a picture.
-        if done > 0 && reached(done, error, seconds) {
-            break true;
+    let resumed = samples_of(&film);
+    // Looked for only where something asks for it: a map of the surroundings may be large.
+    let brightest = settings.target_error.map_or(0.0, |_| brightest_by_chance(setup));
+    let first = film.spp;
+    let mut nonfinite = Vec::new();
+    let (finished, error) = loop {
+        let mut done = film.spp;
+        // A pass that was left in the middle is done first.
+        let mut unfinished = film.uneven.as_ref().map(|_| film.most_spp());
+        let any = film.most_spp() > 0;
+        let samples = samples_of(&film);
+        if any {
+            reorder(&mut film, tile, Order::Tiles);
         }
-        if done > first && job.stop.load(Ordering::Relaxed) {
-            break false;
+        let pause_at = watch.pause_after().map_or(f64::INFINITY, |pause| clock.wall_seconds() + pause.as_secs_f64());
+        let job = Between::new(Job {
+            setup,
+            plan: &plan,
+            engine: settings.engine,
+            tiles: cut_into_tiles(setup, &mut film, tile),
+            next_tile: SharedSum::new(0),
+            samples: SharedSum::new(samples),
+            resumed,
+            brightest,
+            relative_error: None,
+            unseen_error: 0.0,
+            stop,
+            pause_at,
+            clock,
+            total: spp as u64 * pixels,
+            watch,
+        });
+        let ((end, error), team) = with_team(&mut workers, &job, |team| {
+            // A picture to go on from may be good enough as it is.
+            let mut error = if any { team.error() } else { None };
+            let reached = |done: u32, error: Option<RelativeError>, seconds: f64| {
+                let by_chance = brightest > 0.0;
+                let target =
+                    settings.target_error.is_some_and(|target| reaches(target, done, pixels, error, by_chance));
+                done >= spp || target || settings.time.is_some_and(|time| seconds >= time.as_secs_f64())
+            };
+            loop {
+                let seconds = clock.wall_seconds();
+                // At least one pass is made, so that there is a picture.
+                if unfinished.is_none() && done > 0 && reached(done, error, seconds) {
+                    return (LegEnd::Finished, error);
+                }
+                if stop.load(Ordering::Relaxed) {
+                    return (LegEnd::Stopped, error);
+                }
+                let taken = (done - first, seconds - trained_s);
+                let end = unfinished.take().unwrap_or_else(|| done + pass_length(settings, done, taken, pixels, error));
+                let (whole, now) = team.run_pass(end);
+                error = now;
+                if whole {
+                    done = end;
+                } else if stop.load(Ordering::Relaxed) {
+                    return (LegEnd::Stopped, error);
+                }
+                if clock.wall_seconds() >= pause_at {
+                    return (LegEnd::Paused, error);
+                }
+            }
+        });
+        threads = threads.min(team);
+        let mut counts = Vec::new();
+        for tile in job.into_inner().tiles {
+            let mut tile = tile.into_inner();
+            nonfinite.append(&mut tile.nonfinite);
+            counts.push(tile.done);
         }
-        let pass = pass_length(settings, done, (done - first, seconds - trained_s), pixels, error);
-        job.run_pass(&mut workers, done..done + pass);
-        done += pass;
-        error = job.note_error();
+        reorder(&mut film, tile, Order::Rows);
+        film.spp = counts.iter().copied().min().unwrap_or(0);
+        let even = counts.iter().all(|count| *count == film.spp);
+        film.uneven = (!even).then_some(TileCounts { tile, counts });
+        match end {
+            LegEnd::Finished => break (true, error),
+            LegEnd::Stopped => break (false, error),
+            LegEnd::Paused => watch.pause(&film, clock.wall_seconds()),
+        }
     };
-    let (render_s, cpu_s) = (watch.wall_seconds(), watch.cpu_seconds());
+    let (render_s, cpu_s) = (clock.wall_seconds(), clock.cpu_seconds());
     let unseen_error = error.filter(|_| settings.target_error.is_some()).map(|error| error.unseen);
     let stats = Stats { threads, setup_s, render_s, cpu_s, finished, unseen_error, ..Stats::default() };
-    let mut nonfinite = Vec::new();
-    for tile in job.tiles {
-        nonfinite.append(&mut tile.into_inner().nonfinite);
+    let mut render = finish(setup, settings, &workers, film, nonfinite, stats);
+    if threads < wanted {
+        let warning = format!("only {threads} of {wanted} threads could be started: the system allows no more");
+        render.stats.warnings.push(warning);
     }
-    reorder(&mut film, tile, Order::Rows);
-    film.spp = done;
-    finish(setup, settings, &workers, film, nonfinite, stats)
+    Ok(render)
+}
+
+/// Samples over all pixels.
+fn samples_of(film: &Film) -> u64 {
+    let Some(TileCounts { tile, counts }) = &film.uneven else { return u64::from(film.spp) * film.pixels.len() as u64 };
+    let (columns, _) = TileCounts::grid(*tile, (film.width, film.height));
+    let pixels = |index: u32| {
+        let (x, y) = (index % columns * tile.0, index / columns * tile.1);
+        u64::from(tile.0.min(film.width - x)) * u64::from(tile.1.min(film.height - y))
+    };
+    (0..).zip(counts).map(|(index, count)| u64::from(*count) * pixels(index)).sum()
+}
+
+/// `film`, if a render of `setup` can go on from it.
+fn checked(film: Film, setup: &Setup) -> Result<Film> {
+    let crop = setup.frame.crop;
+    let count = crop.width as usize * crop.height as usize;
+    let (squares, groups) = if setup.sampler == Sampler::Sobol { (0, count) } else { (count, 0) };
+    let fits = (film.width, film.height) == (crop.width, crop.height)
+        && (film.pixels.len(), film.squares.len(), film.groups.len()) == (count, squares, groups)
+        && film.uneven.as_ref().is_none_or(|uneven| {
+            let (columns, rows) = TileCounts::grid(uneven.tile, (film.width, film.height));
+            (1..=PATHS_AT_ONCE as u64).contains(&(u64::from(uneven.tile.0) * u64::from(uneven.tile.1)))
+                && uneven.counts.len() == columns as usize * rows as usize
+        });
+    match fits {
+        true => Ok(film),
+        false => Err(Error::Usage("the picture to go on from is none of this film and sampler".into())),
+    }
 }
 
 /// The worker threads of a render: `asked`, or one for every core.
@@ -193,7 +337,8 @@ fn finish(
     stats.nonfinite_samples =
         shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(setup, (x, y), sample) }).collect();
     let recipe = Recipe::new(&setup.scene.name, settings, &setup.frame);
-    film.metadata = recipe.and("spp", film.spp.to_string()).0;
+    let spp = if film.uneven.is_some() { format!("{} to {}", film.spp, film.most_spp()) } else { film.spp.to_string() };
+    film.metadata = recipe.and("spp", spp).0;
     Render { film, stats }
 }
 

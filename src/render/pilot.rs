@@ -34,20 +34,24 @@ use crate::tables::materials::MaterialKind;
 /// The render that `settings` ask for, with what is to be learned for it.
 pub fn resolve<'a>(scene: &'a PreparedScene, settings: &Settings) -> Setup<'a> {
     let mut setup = Setup::new(scene, settings);
-    train(&mut setup, settings);
+    train(&mut setup, settings, &|| false);
     setup
 }
 
-/// Learns what `settings` want to be learned, if anything. Of the settings, only those count that [`crate::learn`] names.
-pub fn train(setup: &mut Setup, settings: &Settings) {
+/// Learns what `settings` want to be learned, if anything. Of the settings, only those count that [`crate::learn`] names. Once
+/// `stop` says so, and it must stay with that, the rest is left out: what was learned is then worth nothing.
+pub fn train(setup: &mut Setup, settings: &Settings, stop: Stop) {
     if !settings.learns() {
         return;
     }
     let watch = Stopwatch::start();
-    let mut learning = learn(setup, settings);
+    let mut learning = learn(setup, settings, stop);
     (learning.seconds, learning.cpu_seconds) = (watch.wall_seconds(), watch.cpu_seconds());
     setup.learning = Some(learning);
 }
+
+/// Whether somebody wants a render to end; once it says so, always.
+pub type Stop<'s> = &'s (dyn Fn() -> bool + Sync);
 
 /// What is to be learned.
 pub(super) struct Wanted<'t> {
@@ -106,13 +110,13 @@ impl<'t> Wanted<'t> {
     }
 }
 
-fn learn(setup: &mut Setup, settings: &Settings) -> Learning {
+fn learn(setup: &mut Setup, settings: &Settings, stop: Stop) -> Learning {
     let wanted = Wanted::new(setup, settings);
     let grid = match grid(settings.train, setup.frame.film) {
         Some(grid) if !wanted.is_nothing() => grid,
         _ => return wanted.learning,
     };
-    let mut pilot = Pilot::new(setup, settings, grid, &wanted);
+    let mut pilot = Pilot::new(setup, settings, grid, &wanted, stop);
     let Wanted { visibility, guides, mut learning, .. } = wanted;
     if visibility {
         pilot.see();
@@ -221,6 +225,7 @@ pub(super) struct Pilot<'s, 'a> {
     grid: (u32, u32),
     engine: Engine,
     threads: usize,
+    stop: Stop<'s>,
     /// Of light samples, where they are learned.
     pub lights: Option<LightRecords>,
     /// Of shadow rays, where it is learned which cells see each other.
@@ -237,7 +242,13 @@ pub(super) struct Pilot<'s, 'a> {
 }
 
 impl<'s, 'a> Pilot<'s, 'a> {
-    pub fn new(setup: &'s mut Setup<'a>, settings: &Settings, grid: (u32, u32), wanted: &Wanted) -> Pilot<'s, 'a> {
+    pub fn new(
+        setup: &'s mut Setup<'a>,
+        settings: &Settings,
+        grid: (u32, u32),
+        wanted: &Wanted,
+        stop: Stop<'s>,
+    ) -> Pilot<'s, 'a> {
         let guides = wanted.guides;
         let (camera, seed, roulette) = (setup.camera, setup.seed, setup.roulette);
         setup.camera = camera.on_grid(setup.frame.film, grid);
@@ -253,6 +264,7 @@ impl<'s, 'a> Pilot<'s, 'a> {
             grid,
             engine: settings.engine,
             threads: settings.threads,
+            stop,
             indirect: 0.0,
             done: 0,
             camera,
@@ -342,19 +354,26 @@ impl<'s, 'a> Pilot<'s, 'a> {
         let mut workers: Vec<Worker> = (0..threads).map(|_| worker()).collect();
         let next = AtomicUsize::new(0);
         let setup = &*self.setup;
+        let stop = self.stop;
         let work = |worker: &mut Worker| {
             while let Some(&tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if stop() {
+                    return;
+                }
                 worker.run(setup, &plan, tile, range.clone());
             }
         };
-        match &mut workers[..] {
-            [only] => work(only),
-            _ => std::thread::scope(|scope| {
-                for worker in &mut workers {
+        if let [first, others @ ..] = &mut workers[..] {
+            std::thread::scope(|scope| {
+                for worker in others {
                     let work = &work;
-                    scope.spawn(move || work(worker));
+                    // Where the system refuses to start a thread, those that there are do its work.
+                    if std::thread::Builder::new().spawn_scoped(scope, move || work(worker)).is_err() {
+                        break;
+                    }
                 }
-            }),
+                work(first);
+            });
         }
         for worker in &mut workers {
             if let (Some(all), Some(records)) = (&mut self.lights, &mut worker.lights) {

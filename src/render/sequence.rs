@@ -11,8 +11,10 @@
 //! Nothing of them is ever weighed down by age, since nothing moves but the camera.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
 
 use crate::clock::Stopwatch;
+use crate::error::Result;
 use crate::film::Film;
 use crate::learn::guide::pixels::inverse_pixels;
 use crate::learn::guide::records::{Outcomes, SQUARE_UNIT};
@@ -22,8 +24,9 @@ use crate::learn::outcome::{GuideLearning, Learning};
 use crate::learn::patches::{PatchRecord, forecast_of_others};
 use crate::learn::pilot::frame_grid;
 use crate::learn::records::{LightRecords, NodeRecord};
-use crate::render::pilot::{Pilot, Wanted, bytes, guides, judge_lights, new_tables, roulette, why};
-use crate::render::{Progress, Render, render_trained, train_and_render};
+use crate::render::pilot::{Pilot, Stop, Wanted, bytes, guides, judge_lights, new_tables, roulette, why};
+use crate::render::watch::Watch;
+use crate::render::{Progress, Render, asked_to_stop, expect, render_trained, train_and_render};
 use crate::scene::camera::CameraPath;
 use crate::scene::desc::CameraDesc;
 use crate::settings::{Lights, Roulette, Settings};
@@ -92,6 +95,20 @@ impl<'a> Sequence<'a> {
         start: Option<Film>,
         progress: &(dyn Fn(Progress) -> bool + Sync),
     ) -> Render {
+        expect(self.try_render(frame, settings, start, &progress))
+    }
+
+    /// [`Sequence::render`]; `watch` as in [`crate::try_render_from`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`] if there is not enough.
+    pub fn try_render(
+        &mut self,
+        frame: u32,
+        settings: &Settings,
+        start: Option<Film>,
+        watch: &dyn Watch,
+    ) -> Result<Render> {
         let camera = self.camera(i64::from(frame));
         let own = Settings { seed: seed_of(settings.seed, i64::from(frame)), ..settings.clone() };
         let preparing = Stopwatch::start();
@@ -99,15 +116,17 @@ impl<'a> Sequence<'a> {
         let setup_s = preparing.wall_seconds();
         // A map of visibility is made of one pilot's records: each frame makes its own.
         if self.train_frames == 1 || settings.lights == Lights::NeePlusPlus {
-            return train_and_render(setup, &own, start, progress, setup_s);
+            return train_and_render(setup, &own, start, watch, setup_s);
         }
-        let watch = Stopwatch::start();
+        let clock = Stopwatch::start();
+        let stop = AtomicBool::new(false);
         if settings.learns() {
-            let mut learning = self.learn(&mut setup, settings, frame);
-            (learning.seconds, learning.cpu_seconds) = (watch.wall_seconds(), watch.cpu_seconds());
+            let asked = || asked_to_stop(watch, &stop, start.as_ref(), &own, &clock);
+            let mut learning = self.learn(&mut setup, settings, frame, &asked);
+            (learning.seconds, learning.cpu_seconds) = (clock.wall_seconds(), clock.cpu_seconds());
             setup.learning = Some(learning);
         }
-        render_trained(&setup, &own, start, progress, (setup_s, watch))
+        render_trained(&setup, &own, start, (watch, &stop), (setup_s, clock))
     }
 
     /// The frames whose pilots a frame learns from.
@@ -117,7 +136,7 @@ impl<'a> Sequence<'a> {
     }
 
     /// Gives `setup`, which is that of `frame`, what the frames up to it have learned.
-    fn learn(&mut self, setup: &mut Setup<'a>, settings: &Settings, frame: u32) -> Learning {
+    fn learn(&mut self, setup: &mut Setup<'a>, settings: &Settings, frame: u32, stop: Stop) -> Learning {
         let wanted = Wanted::new(setup, settings);
         let (grid, spp) = match frame_grid(settings.train, setup.frame.film, self.train_frames) {
             Some(grid) if !wanted.is_nothing() => grid,
@@ -126,7 +145,11 @@ impl<'a> Sequence<'a> {
         self.forget_others(setup, settings, frame);
         for frame in self.window(frame) {
             if !self.pilots.contains_key(&frame) {
-                let pilot = self.pilot(&wanted, settings, frame, (grid, spp));
+                let pilot = self.pilot(&wanted, settings, frame, (grid, spp), stop);
+                // One that was stopped lacks paths, and is not to be taken for whole by the next frame.
+                if stop() {
+                    return wanted.learning;
+                }
                 self.pilots.insert(frame, pilot);
             }
         }
@@ -195,10 +218,17 @@ impl<'a> Sequence<'a> {
     }
 
     /// The pilot of one frame: paths that nothing was learned for.
-    fn pilot(&self, wanted: &Wanted, settings: &Settings, frame: i64, (grid, spp): ((u32, u32), u32)) -> FramePilot {
+    fn pilot(
+        &self,
+        wanted: &Wanted,
+        settings: &Settings,
+        frame: i64,
+        (grid, spp): ((u32, u32), u32),
+        stop: Stop,
+    ) -> FramePilot {
         let own = Settings { seed: seed_of(settings.seed, frame), ..settings.clone() };
         let mut setup = Setup::seen_by(self.scene, &own, &self.camera(frame));
-        let mut pilot = Pilot::new(&mut setup, &own, grid, wanted);
+        let mut pilot = Pilot::new(&mut setup, &own, grid, wanted, stop);
         pilot.training = wanted.guides.then(|| Training::one_by_one(grid));
         pilot.run(spp);
         let records = pilot.lights.take().unwrap_or_default();

@@ -12,6 +12,8 @@ use crate::setup::Setup;
 /// A rectangle of the film and what it has gathered.
 pub(super) struct Tile<'f> {
     pub(super) area: Crop,
+    /// Samples in every pixel.
+    pub(super) done: u32,
     sums: SumsMut<'f>,
     /// What the engines' radiances count in, W sr^-1 m^-2.
     unit: f64,
@@ -30,13 +32,15 @@ pub(super) fn tile_size(pass_spp: u32) -> (u32, u32) {
     }
 }
 
-/// The tiles of `film`, a picture of the setup's crop in the order of tiles ([`reorder`]) of this size.
+/// The tiles of `film`, a picture of the setup's crop in the order of tiles ([`reorder`]) of this size, which its counts, if it
+/// is uneven, are for as well; they go into the tiles.
 pub(super) fn cut_into_tiles<'f>(
     setup: &Setup,
     film: &'f mut Film,
     (width, height): (u32, u32),
 ) -> Vec<Locked<Tile<'f>>> {
     let (crop, spp) = (setup.frame.crop, film.spp);
+    let mut counts = film.uneven.take().map(|uneven| uneven.counts).unwrap_or_default().into_iter();
     let SumsMut { mut pixels, mut squares, mut groups } = film.sums_mut();
     let mut tiles = Vec::new();
     for y in (0..crop.height).step_by(height as usize) {
@@ -49,15 +53,17 @@ pub(super) fn cut_into_tiles<'f>(
                 squares: split_off(&mut squares, count),
                 groups: split_off(&mut groups, count),
             };
+            let done = counts.next().unwrap_or(spp);
             let mut tile = Tile {
                 area,
+                done,
                 sums,
                 unit: setup.scene.radiance_unit,
                 nonfinite: Vec::new(),
                 error: ErrorSums::default(),
             };
-            if spp > 0 {
-                tile.note_error(spp);
+            if done > 0 {
+                tile.note_error();
             }
             tiles.push(Locked::new(tile));
         }
@@ -118,9 +124,9 @@ impl Tile<'_> {
         }
     }
 
-    /// Notes what `spp` samples a pixel tell of the error.
-    pub(super) fn note_error(&mut self, spp: u32) {
-        self.error = ErrorSums::of(self.sums.after(spp));
+    /// Notes what its samples tell of the error.
+    pub(super) fn note_error(&mut self) {
+        self.error = ErrorSums::of(self.sums.after(self.done));
     }
 }
 

@@ -95,9 +95,11 @@ const LAYERS: [&[&str]; 11] = [
         "error",
         "clock",
         "fault",
+        "files",
         "fingerprint",
         "nearest",
         "named_choice",
+        "shown",
     ],
 ];
 

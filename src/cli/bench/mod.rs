@@ -16,6 +16,7 @@ use crate::cli::args::EstimatorArgs;
 use crate::cli::examples;
 use crate::cli::numbers::count;
 use crate::cli::output::{JsonArgs, aligned, columns, wrapped};
+use crate::cli::places;
 use crate::cli::progress::load;
 use crate::cli::stats::mrays_per_s;
 use crate::cli::{prepare, report, warn};
@@ -65,7 +66,7 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
     if args.scaling.wanted(&args.estimator)? {
         return scaling::run(&args.scaling, (&args.scene, args.size, args.runs), &args.estimator, &args.json);
     }
-    let mut of_files = args.rays.iter().map(|path| of_file(path)).collect::<Result<Vec<RaySet>>>()?;
+    let mut of_files = places::reading(|| args.rays.iter().map(|path| of_file(path)).collect::<Result<Vec<RaySet>>>())?;
     let scene = load(&args.scene, false)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     // What is measured is the work of a path, not whether another would have been better.
@@ -106,7 +107,7 @@ pub fn run(args: &BenchArgs) -> Result<u8> {
 
 /// The rays of a file; a warning of those that are none.
 fn of_file(path: &Path) -> Result<RaySet> {
-    let (set, broken) = rays::read(path)?;
+    let (set, broken) = rays::read_rays(path)?;
     if broken > 0 {
         let what = "hold what is not a finite number, or a direction of no length, and hit nothing";
         warn(&format!("{}: {} of {} rays {what}", path.display(), count(broken as u64), count(set.count() as u64)));

@@ -4,6 +4,7 @@
 use crate::bvh::ray::RayQueue;
 use crate::bvh::{Bvh, RayKind, Scratch};
 use crate::error::{Error, Result};
+use crate::files::{memory, read};
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
 use crate::packet::tile;
@@ -11,7 +12,6 @@ use crate::render::{PATHS_AT_ONCE, fill_slots};
 use crate::settings::{Crop, Settings};
 use crate::setup::Setup;
 use crate::tables::PreparedScene;
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
@@ -102,18 +102,15 @@ const RAY: u64 = 32;
 ///
 /// # Errors
 /// [`Error::Read`]; [`Error::Parse`] if the file is of another length than its count says, or holds no ray.
-pub fn read(path: &Path) -> Result<(RaySet, usize)> {
+pub fn read_rays(path: &Path) -> Result<(RaySet, usize)> {
     let failed = |source| Error::Read { path: path.to_owned(), source };
     let fault = |message: String| {
         let layout = "a u64 count, then for every ray 8 f32: ox oy oz tmin dx dy dz tmax, all little-endian";
         Err(Error::parse(path, None, format!("{message}; a file of rays is {layout}")))
     };
-    // Asked before it is opened, which at a pipe would wait for somebody to write.
-    let about = std::fs::metadata(path).map_err(failed)?;
-    if !about.is_file() {
-        return fault("not a regular file".into());
-    }
-    let mut file = BufReader::new(File::open(path).map_err(failed)?);
+    let file = read::open(path)?;
+    let about = file.metadata().map_err(failed)?;
+    let mut file = BufReader::new(file);
     let mut head = [0; HEAD as usize];
     if about.len() < HEAD {
         return fault(format!("{} bytes long", about.len()));
@@ -126,6 +123,7 @@ pub fn read(path: &Path) -> Result<(RaySet, usize)> {
     if count.checked_mul(RAY).and_then(|bytes| bytes.checked_add(HEAD)) != Some(about.len()) {
         return fault(format!("{} bytes long, but its first 8 say {count} rays of {RAY} bytes", about.len()));
     }
+    memory::claim(about.len(), &path.display().to_string())?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut set = RaySet { name, kind: RayKind::Bounce, tiles: Vec::new() };
     let (mut left, mut broken) = (count as usize, 0);
@@ -172,7 +170,7 @@ mod tests {
         let path = directory.path().join("some.rays");
         let of = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
-            read(&path)
+            read_rays(&path)
         };
         let rays: Vec<[f32; 8]> =
             (0..PATHS_AT_ONCE + 3).map(|i| [i as f32, 1.0, 2.0, 0.0, 0.0, 0.6, 0.8, f32::INFINITY]).collect();
@@ -190,6 +188,6 @@ mod tests {
             let error = of(bytes).err().unwrap().to_string();
             assert!(error.contains("some.rays: ") && error.contains("ox oy oz tmin"), "{error}");
         }
-        assert!(read(directory.path()).is_err() && read(&directory.path().join("none")).is_err());
+        assert!(read_rays(directory.path()).is_err() && read_rays(&directory.path().join("none")).is_err());
     }
 }

@@ -6,6 +6,7 @@
 
 use crate::cli::converge::setup::whole_image;
 use crate::error::{Error, Result};
+use crate::files::read;
 use crate::image::Image;
 use crate::report::measure::experiment::{Experiment, Run, spectrum_of};
 use crate::report::measure::run_error::measure;
@@ -32,7 +33,7 @@ pub struct Others(Vec<(Row, Image)>);
 pub fn read(paths: &[PathBuf], experiment: &Experiment) -> Result<Others> {
     let mut others = Vec::new();
     for path in paths {
-        let text = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+        let text = read::bytes(path)?;
         let rows = rows(path, &text, experiment)?;
         one_kind(path, &rows)?;
         for row in rows {

@@ -2,7 +2,7 @@
 
 use crate::cli::output::write_json;
 use crate::error::{Error, Result};
-use crate::image::atomic;
+use crate::files::atomic;
 use crate::report::analysis::equal_time::Shown;
 use crate::report::analysis::findings::Finding;
 use crate::report::analysis::summary::of_case;
@@ -16,6 +16,10 @@ use crate::report::write::results::{Results, csv};
 use crate::report::write::words::Words;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// What the names of files in `--out DIR` end in; scenes have other extensions, references are never written where they are
+/// given.
+pub const EXTENSIONS: &[&str] = &["html", "csv", "json", "svg", "png"];
 
 /// The files of one `--out DIR`.
 pub struct Files {

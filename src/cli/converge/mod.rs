@@ -8,6 +8,7 @@ mod setup;
 
 use crate::cli::interrupt;
 use crate::cli::output::print;
+use crate::cli::places;
 use crate::cli::resume::remove_unfinished;
 use crate::cli::warn;
 use crate::error::Result;
@@ -28,8 +29,10 @@ use std::time::{Duration, Instant};
 /// Runs the command; the exit status.
 pub fn run(args: &ConvergeArgs) -> Result<u8> {
     let mut partial = Partial::new();
+    places::claim_directory(&args.out, files::EXTENSIONS);
     let mut experiment = setup::experiment(args)?;
-    let others = against::read(&args.against, &experiment)?;
+    let others = places::reading(|| against::read(&args.against, &experiment))?;
+    // One that an earlier call has made is not written where it is given.
     let given = setup::references_from_files(&args.reference, &experiment)?;
     let files = Files::new(&args.out)?;
     let stop = interrupt::requested()?;

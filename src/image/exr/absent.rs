@@ -1,6 +1,6 @@
 //! What a build without OpenEXR says when it is asked for it.
 
-use crate::image::atomic::Sink;
+use crate::files::atomic::Sink;
 use crate::image::exr::{Header, Pixels};
 use crate::image::{Image, NO_EXR};
 use std::io;

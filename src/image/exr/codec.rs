@@ -6,10 +6,13 @@
 //! hardly shrinks, and the bytes then depend on no compressor's version.
 
 use crate::fault::{Fault, planted};
-use crate::image::atomic::Sink;
+use crate::files::atomic::Sink;
+use crate::files::memory::{self, amount};
 use crate::image::exr::{Header, Pixels};
 use crate::image::{Bounds, Image, Windows, encoding};
 use ::exr::image::write::channels::WritableChannels;
+use ::exr::meta::MetaData;
+use ::exr::meta::attribute::ChannelDescription;
 use ::exr::prelude::*;
 use std::io::{self, Cursor};
 
@@ -85,6 +88,7 @@ fn text(content: &str) -> Text {
 
 /// Reads the first layer that has the channels R, G and B, and the variance and settings beside them if they are there.
 pub(in super::super) fn read(bytes: &[u8]) -> std::result::Result<Image, String> {
+    plausible(bytes)?;
     let file = read_all(bytes).map_err(|error| error.to_string())?;
     let wanted = |layer: &&Layer<AnyChannels<FlatSamples>>| planes(layer, COLOR).is_some();
     let Some(layer) = file.layer_data.iter().find(wanted) else {
@@ -109,6 +113,39 @@ pub(in super::super) fn read(bytes: &[u8]) -> std::result::Result<Image, String>
         metadata: comments.lines().filter_map(setting).collect(),
         windows: (!fills).then_some(windows),
     })
+}
+
+/// Bytes that one byte of a file becomes at most: deflate makes 1,032 of it, PIZ's Huffman codes some 450, all others less.
+const MOST_EXPANSION: u64 = 1100;
+/// Bytes that a file has for every block of pixels, at least: its place in the table of offsets, its own place and length.
+const LEAST_BLOCK: u64 = 16;
+/// Bytes that a pixel takes beside its samples while an image is made of them: six planes and two lists of three f32.
+const DECODING: u64 = 6 * 4 + 2 * 12;
+
+/// Refuses what the file's own length belies, before the crate that decodes it takes the header at its word; and what there is no
+/// memory for.
+fn plausible(bytes: &[u8]) -> std::result::Result<(), String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let length = bytes.len() as u64;
+    let (mut samples, mut blocks, mut pixels) = (0u64, 0u64, 0u64);
+    for header in &meta.headers {
+        let Vec2(width, height) = header.layer_size;
+        let area = (width as u64).saturating_mul(height as u64);
+        let each = |channel: &ChannelDescription| {
+            let Vec2(x, y) = channel.sampling;
+            let count = area / (x.max(1) as u64 * y.max(1) as u64);
+            count.saturating_mul(channel.sample_type.bytes_per_sample() as u64)
+        };
+        let of_layer = header.channels.list.iter().map(each).fold(0, u64::saturating_add);
+        samples = samples.saturating_add(of_layer);
+        blocks = blocks.saturating_add(header.chunk_count as u64);
+        pixels = pixels.max(area);
+    }
+    if samples > length.saturating_mul(MOST_EXPANSION) || blocks > length / LEAST_BLOCK {
+        return Err(format!("the header promises {} of pixels, more than {length} bytes can hold", amount(samples)));
+    }
+    let bytes = samples.saturating_add(pixels.saturating_mul(DECODING));
+    memory::claim(bytes, "the image").map_err(|error| error.to_string())
 }
 
 /// Columns and rows.

@@ -11,7 +11,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
-use crate::film::sealed;
+use crate::files::sealed::{self, Found};
 use crate::fingerprint::Fingerprint;
 use crate::image::Image;
 use crate::render::render_with;
@@ -143,7 +143,7 @@ pub struct Measurements {
     pub pools: Vec<Vec<Pool>>,
 }
 
-const MAGIC: &str = "octray unfinished converge, version 2";
+const MAGIC: &str = "octray unfinished converge, version 3";
 /// The seeds of runs start here above `--seed`, those of references half the range away.
 const FIRST_RUN: u32 = 1;
 /// Seeds of the runs that reach for an error lie this far from the others'.
@@ -237,22 +237,28 @@ impl Experiment {
     /// # Errors
     /// [`crate::Error::Write`].
     pub fn keep(&self, references: &[Reference], done: &Measurements, path: &Path) -> Result<()> {
-        let numbers = done.pools.iter().flatten().flat_map(Pool::numbers);
-        sealed::write(path, MAGIC, &(self.key(references), &done.runs), numbers)
+        sealed::write(path, MAGIC, &(self.key(references), &done.runs), |out| {
+            done.pools.iter().flatten().flat_map(Pool::numbers).try_for_each(|number| out.numbers(&[number]))
+        })
     }
 
     /// What an interrupted call of the same experiment has kept in `path`; `None` if that is of another one, or damaged.
     pub fn kept(&self, references: &[Reference], path: &Path) -> Option<Measurements> {
-        let (header, numbers) = sealed::read::<(String, Vec<Run>)>(path, MAGIC).ok()??;
-        let (key, runs) = header;
+        let Ok(Found::Whole((key, runs), mut numbers)) = sealed::open::<(String, Vec<Run>)>(path, MAGIC) else {
+            return None;
+        };
         let each = Pool::count_of_numbers(self.pixels());
         let (cases, configurations) = (self.cases.len(), self.configurations.len());
-        if key != self.key(references) {
+        let count = each as u64 * cases as u64 * configurations as u64;
+        if key != self.key(references) || numbers.left() != count || !self.has_made(&runs) {
+            return None;
+        }
+        let numbers: Vec<f64> = std::iter::from_fn(|| numbers.next()).collect();
+        if numbers.len() as u64 != count || !numbers.iter().all(|number| number.is_finite()) {
             return None;
         }
         let pools: Vec<Pool> = numbers.chunks(each).map(Pool::from_numbers).collect();
-        (numbers.len() == each * cases * configurations)
-            .then(|| Measurements { runs, pools: pools.chunks(configurations).map(<[Pool]>::to_vec).collect() })
+        Some(Measurements { runs, pools: pools.chunks(configurations).map(<[Pool]>::to_vec).collect() })
     }
 
     /// The film's size.
@@ -308,15 +314,39 @@ impl Experiment {
 
     /// The run that comes after `runs`; `None` if all are made.
     fn next(&self, runs: &[Run], references: &[Reference]) -> Option<Place> {
-        let (number, configurations, cases) = (self.asked_of(runs), self.configurations.len(), self.cases.len());
+        let number = self.asked_of(runs);
         if number >= self.run_count() {
             return self.next_to_reach(runs, references);
         }
+        Some(self.place(number))
+    }
+
+    /// The run of that number of those that the budgets ask for.
+    fn place(&self, number: usize) -> Place {
+        let (configurations, cases) = (self.configurations.len(), self.cases.len());
         let (configuration, round) = (number % configurations, number / configurations);
         let (case, round) = (round % cases, round / cases);
         let (budget_index, repeat) = (round % self.budgets.len(), (round / self.budgets.len()) as u32);
         let seed = self.settings.seed.wrapping_add(FIRST_RUN + round as u32);
-        Some(Place { case, configuration, budget_index, budget: self.budgets[budget_index], repeat, seed })
+        Place { case, configuration, budget_index, budget: self.budgets[budget_index], repeat, seed }
+    }
+
+    /// Whether `runs`, which a file holds, can be runs of this experiment: a file with a right checksum may still be made by
+    /// somebody else.
+    fn has_made(&self, runs: &[Run]) -> bool {
+        let sound = |run: &Run| {
+            let costs = run.seconds >= 0.0 && run.cpu_seconds >= 0.0;
+            let known = run.case < self.cases.len() && run.configuration < self.configurations.len();
+            known && costs && run.spp > 0 && run.error.regions.len() == self.regions.len()
+        };
+        let asked = runs.iter().filter(|run| run.budget < self.budgets.len());
+        let in_order = asked.enumerate().all(|(number, run)| {
+            let place = self.place(number);
+            number < self.run_count()
+                && (place.case, place.configuration, place.budget_index) == (run.case, run.configuration, run.budget)
+                && (place.repeat, place.seed) == (run.repeat, run.seed)
+        });
+        in_order && runs.iter().all(sound)
     }
 
     /// The next run of a configuration that reaches for [`Experiment::reach`], in their order.

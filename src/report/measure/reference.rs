@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-use crate::film::sealed;
+use crate::files::sealed::{self, Checksum, Found};
 use crate::image::Image;
 use crate::render::render_with;
 use crate::report::measure::closed_form;
@@ -48,7 +48,7 @@ pub struct Parts {
     pixels: Vec<Vec<[f32; 3]>>,
 }
 
-const MAGIC: &str = "octray unfinished reference, version 1";
+const MAGIC: &str = "octray unfinished reference, version 2";
 
 impl Parts {
     /// How many there are.
@@ -61,19 +61,27 @@ impl Parts {
     /// # Errors
     /// [`crate::Error::Write`].
     pub fn keep(&self, key: &str, path: &Path) -> crate::Result<()> {
-        let numbers = self.pixels.iter().flatten().flatten().map(|value| f64::from(*value));
-        sealed::write(path, MAGIC, &(key.to_owned(), self.clone()), numbers)
+        sealed::write(path, MAGIC, &(key.to_owned(), self.clone()), |out| {
+            self.pixels.iter().flatten().try_for_each(|pixel| out.numbers(&pixel.map(f64::from)))
+        })
     }
 
     /// The parts kept in `path` for `key`, of images of so many pixels; none if they are of something else, or damaged.
     pub fn kept(key: &str, pixels: usize, path: &Path) -> Parts {
         let read = || {
-            let ((found, parts), numbers) = sealed::read::<(String, Parts)>(path, MAGIC).ok()??;
+            let Ok(Found::Whole((found, parts), mut numbers)) = sealed::open::<(String, Parts)>(path, MAGIC) else {
+                return None;
+            };
+            if found != key || numbers.left() > u64::from(PARTS) * 3 * pixels as u64 {
+                return None;
+            }
+            let numbers: Vec<f64> = std::iter::from_fn(|| numbers.next()).collect();
             let pixel = |value: &[f64; 3]| value.map(|value| value as f32);
             let images = numbers.chunks(3 * pixels.max(1)).map(|part| part.as_chunks().0.iter().map(pixel).collect());
             let images: Vec<Vec<[f32; 3]>> = images.collect();
             let whole = images.len() < PARTS as usize && images.iter().all(|image| image.len() == pixels);
-            (found == key && whole && parts.spp > 0).then_some(Parts { pixels: images, ..parts })
+            (whole && parts.spp > 0 && numbers.iter().all(|number| number.is_finite()))
+                .then_some(Parts { pixels: images, ..parts })
         };
         read().unwrap_or_default()
     }
@@ -144,14 +152,29 @@ pub fn keep(reference: &Reference, key: &str, path: &Path) -> crate::Result<()> 
     let texts = [("reference", key.to_owned()), ("spp", spp.to_string())];
     let costs = [("seconds", seconds.to_string()), ("cpu_seconds", cpu_seconds.to_string())];
     image.metadata = texts.into_iter().chain(costs).map(|(key, value)| (key.to_owned(), value)).collect();
+    image.metadata.push(("checksum".to_owned(), checksum(&image)));
     image.save_exr(path)
 }
 
-/// The reference kept in `path`, if it was made for `key`. Whatever else stands there is no reference of ours.
+/// A checksum of all that a kept reference says, but itself: the file format has none.
+fn checksum(image: &Image) -> String {
+    let mut sum = Checksum::default();
+    let said =
+        image.metadata.iter().filter(|(key, _)| key != "checksum").map(|(key, value)| format!("{key} = {value}\n"));
+    said.for_each(|line| sum.add(line.as_bytes()));
+    sum.add(&[image.width.to_le_bytes(), image.height.to_le_bytes()].concat());
+    for value in image.pixels.iter().chain(image.variance.iter().flatten()).flatten() {
+        sum.add(&value.to_le_bytes());
+    }
+    format!("{:016x}", sum.value())
+}
+
+/// The reference kept in `path`, if it was made for `key` and nothing of it has changed. Whatever else stands there is no reference of ours.
 pub fn kept(path: &Path, key: &str, how: Configuration) -> Option<Reference> {
     let mut image = Image::read(path).ok()?;
     let text = |name: &str| image.metadata.iter().find(|(key, _)| key == name).map(|(_, value)| value.clone());
     if text("reference")? != key
+        || text("checksum")? != checksum(&image)
         || image.variance.is_none()
         || crate::report::measure::metrics::check(&image, &image).is_err()
     {
@@ -187,6 +210,33 @@ mod tests {
         assert_eq!((Parts::kept("other", 6, &path).count(), Parts::kept("key", 5, &path).count()), (0, 0));
         std::fs::write(&path, "nonsense").unwrap();
         assert_eq!(Parts::kept("key", 6, &path).count(), 0);
+    }
+
+    #[test]
+    fn a_kept_reference_that_was_changed_is_made_anew() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("reference.exr");
+        let how = Configuration {
+            strategy: crate::Strategy::MisPower,
+            lights: crate::Lights::Tree,
+            guide: crate::Guide::Off,
+            sampler: crate::Sampler::Sobol,
+            engine: crate::Engine::Packet,
+        };
+        let (strategy, lights, sampler) = ("mis-power", "tree", "sobol");
+        let source =
+            Source::Rendered { strategy, lights, sampler, spp: 8, seconds: 1.5, cpu_seconds: 3.0, cached: false };
+        let pixels = vec![[0.25, 0.5, 1.0]; 6];
+        let image = Image { width: 3, height: 2, variance: Some(pixels.clone()), pixels, ..Image::default() };
+        keep(&Reference { image, source }, "key", &path).unwrap();
+        assert!(kept(&path, "key", how).is_some() && kept(&path, "other", how).is_none());
+        let bytes = std::fs::read(&path).unwrap();
+        // The last bytes are values: a bit of two of them.
+        let mut changed = bytes.clone();
+        changed[bytes.len() - 3] ^= 1;
+        changed[bytes.len() - 11] ^= 1;
+        std::fs::write(&path, changed).unwrap();
+        assert!(kept(&path, "key", how).is_none());
     }
 
     #[test]

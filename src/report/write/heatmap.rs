@@ -5,7 +5,7 @@
 //! decade, so that files have a small palette: noise is what images of errors are made of, and every step fewer saves.
 
 use crate::error::Result;
-use crate::image::atomic;
+use crate::files::atomic;
 use crate::report::write::images;
 use crate::report::write::plot::number;
 use maud::{Markup, html};

@@ -66,7 +66,9 @@ pub fn hdr(test: &Image, reference: &Image, pixels_per_degree: f64) -> Vec<f64> 
     };
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(stops.len());
     std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
+        // Where the system refuses to start a thread, those that there are do its work.
+        let start = |_| std::thread::Builder::new().spawn_scoped(scope, take).ok();
+        let others: Vec<_> = (1..threads).map_while(start).collect();
         let mut largest = take();
         for other in others {
             match other.join() {
