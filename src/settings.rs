@@ -168,6 +168,41 @@ pub struct Crop {
     pub height: u32,
 }
 
+/// One of several parts of a film that are rendered by themselves, as on machines of their own, and merged: each has every
+/// `count`-th tile of a fixed order, and all samples of their pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which it is, from 1.
+    pub number: u32,
+    /// How many there are.
+    pub count: u32,
+}
+
+/// Most parts of a film.
+pub const MOST_SHARDS: u32 = 1 << 20;
+
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.number, self.count)
+    }
+}
+
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Shard, String> {
+        let numbers = text.split_once('/').and_then(|(number, count)| {
+            let [number, count] = [number, count].map(|text| text.trim().parse::<u32>().ok());
+            Some(Shard { number: number?, count: count? })
+        });
+        let valid =
+            |shard: &Shard| (1..=MOST_SHARDS).contains(&shard.count) && (1..=shard.count).contains(&shard.number);
+        numbers.filter(valid).ok_or_else(|| {
+            format!("give K/N, part K of N, as 2/8: whole numbers, K from 1 to N, N at most {MOST_SHARDS}")
+        })
+    }
+}
+
 /// The guard of an unbounded path: no path is followed past this many events; each that gets here is counted.
 pub const DEPTH_GUARD: u32 = 1 << 20;
 
@@ -213,6 +248,9 @@ pub struct Settings {
     pub height: Option<u32>,
     /// The part of the film to render; `None`: all of it.
     pub crop: Option<Crop>,
+    /// The tiles of that to render; `None`: all of them. The film of such a render is a strip of them: see
+    /// [`crate::internal::film::part`].
+    pub shard: Option<Shard>,
 }
 
 /// Where roulette goes by albedos, their product counts at least this: random numbers have 24 bits.
@@ -266,6 +304,7 @@ impl Default for Settings {
             width: None,
             height: None,
             crop: None,
+            shard: None,
         }
     }
 }
@@ -274,3 +313,17 @@ impl Default for Settings {
 pub const MAX_FILM_SIDE: u32 = 65_535;
 /// Most pixels one render may hold: its film then takes 12 GiB, or 36 GiB with the groups of the `sobol` sampler.
 pub const MAX_FILM_PIXELS: u64 = 1 << 28;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_counted_from_one() {
+        assert_eq!("2/8".parse(), Ok(Shard { number: 2, count: 8 }));
+        assert_eq!(Shard { number: 2, count: 8 }.to_string(), "2/8");
+        for text in ["", "2", "0/8", "9/8", "1/0", "-1/8", "1/8/2", "a/b", "1/99999999", "1.5/2"] {
+            assert!(text.parse::<Shard>().is_err(), "{text}");
+        }
+    }
+}

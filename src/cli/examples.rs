@@ -25,7 +25,35 @@ Examples:
   octray render builtin:lamp_hall -o hall.exr --strategy nee --lights power
       another way to estimate direct light and to choose its lights
   octray render builtin:rooms --frames 0..47 -o walk/####.png --spp 32
-      two seconds of a camera that moves, a file a frame";
+      two seconds of a camera that moves, a file a frame
+  octray render scenes/glass.toml -o glass.exr --spp 65536 --every 1m
+      a long one: after whatever ends it, the same command goes on
+  octray render scenes/glass.toml --shard 2/8 -o glass.2 --spp 65536
+      the second of eight parts; octray merge makes the image of them";
+
+/// Of `octray merge`.
+pub const MERGE: &str = "\
+Examples:
+  octray merge glass.1 glass.2 glass.3 -o glass.exr -o glass.png
+      the image that one machine would have made, bit for bit
+  octray merge glass.1 glass.3 --list
+      which parts there are, and which are missing";
+
+/// Of `octray completions`.
+pub const COMPLETIONS: &str = "\
+Examples:
+  octray completions bash
+      what bash is to read: see its own completion folder
+  octray completions fish
+      the same for fish";
+
+/// Of `octray man`.
+pub const MAN: &str = "\
+Examples:
+  octray man --out man1
+      the pages of all commands
+  octray man --out share/man/man1
+      where man looks for them";
 
 /// Of `octray info`.
 pub const INFO: &str = "\

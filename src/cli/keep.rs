@@ -59,19 +59,18 @@ impl KeepArgs {
         self.keep_checkpoint
     }
 
-    /// Whether what is kept of these renders can be written, asked before the first.
+    /// Whether what is kept of these renders, `of_images` or of parts, can be written, asked before the first.
     ///
     /// # Errors
     /// [`crate::Error::Write`]; [`crate::Error::Usage`] where two outputs have one file.
-    pub fn check(&self, shots: &[Shot]) -> Result<()> {
+    pub fn check(&self, shots: &[Shot], of_images: bool) -> Result<()> {
         for shot in shots {
             let path = self.path(shot);
             check_place(&path, atomic::check)?;
             places::claim(&path)?;
-            shot.outputs
-                .iter()
-                .filter_map(|path| partial_path(path))
-                .try_for_each(|path| check_place(&path, atomic::check))?;
+            let images = if of_images { &shot.outputs[..] } else { &[] };
+            let mut partial = images.iter().filter_map(|path| partial_path(path));
+            partial.try_for_each(|path| check_place(&path, atomic::check))?;
         }
         // Frames may take turns in one preview.
         let mut previews: Vec<&PathBuf> = shots.iter().filter_map(|shot| shot.preview.as_ref()).collect();

@@ -15,6 +15,7 @@ mod frames;
 mod info;
 mod interrupt;
 mod keep;
+mod merge;
 mod messages;
 mod numbers;
 mod output;
@@ -22,6 +23,7 @@ mod places;
 mod progress;
 mod render;
 mod resume;
+mod shell;
 mod stats;
 mod suggest;
 mod trace;
@@ -33,7 +35,7 @@ use crate::shown::shown;
 use crate::simd::{SimdLevel, simd_level};
 use crate::tables::PreparedScene;
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use messages::{report, warn};
 use std::io::Write;
 use std::process::ExitCode;
@@ -72,6 +74,12 @@ enum Command {
     Converge(Box<converge::ConvergeArgs>),
     /// How far image A is from image B, the reference
     Diff(diff::DiffArgs),
+    /// Parts of a render, made by themselves, to the image that one machine would have made
+    Merge(merge::MergeArgs),
+    /// Completions of this command line, for a shell
+    Completions(shell::CompletionsArgs),
+    /// Pages for man
+    Man(shell::ManArgs),
 }
 
 /// The whole program: parses the arguments of this process, runs the command, prints what went wrong.
@@ -116,6 +124,9 @@ fn run() -> u8 {
         Command::Bench(args) => bench::run(&args),
         Command::Converge(args) => converge::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Merge(args) => merge::run(&args),
+        Command::Completions(args) => shell::completions(&args, Cli::command()),
+        Command::Man(args) => shell::man(&args, Cli::command()),
     };
     match done {
         Ok(status) => status,
@@ -164,7 +175,6 @@ fn prepare(scene: &Scene) -> Result<PreparedScene> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     /// The commands in a text: lines that begin with two blanks and the program's name.
     fn commands(text: &str) -> Vec<&str> {
@@ -183,7 +193,7 @@ mod tests {
         for command in program.get_subcommands_mut().filter(|command| command.get_name() != "help") {
             helps.push((command.get_name().to_owned(), command.render_help().to_string()));
         }
-        assert_eq!(helps.len(), 7);
+        assert_eq!(helps.len(), 10);
         for (name, help) in &helps {
             let section = help.split_once("\nExamples:\n").unwrap_or_else(|| panic!("{name}: {help}")).1;
             let examples = commands(section);

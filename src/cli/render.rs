@@ -13,18 +13,21 @@ use crate::cli::numbers::{percent, three_digits};
 use crate::cli::output::{check_json_path, check_place, make_directory, print, write_json};
 use crate::cli::places;
 use crate::cli::progress::{Bar, Form, load};
-use crate::cli::resume::State;
+use crate::cli::resume::{State, recipe_of};
 use crate::cli::stats::Report;
 use crate::cli::{prepare, report, warn};
 use crate::error::{Error, Result};
-use crate::film::OutOfRange;
+use crate::files::atomic;
+use crate::film::part::{self, About};
+use crate::film::{Film, OutOfRange};
 use crate::image::{Format, check_output_path};
 use crate::render::sequence::{Sequence, seed_of};
 use crate::render::{Render, try_render_from};
 use crate::scene::desc::CameraDesc;
 use crate::scene::validate::camera_fault;
-use crate::settings::{Crop, Engine, PlanChoice, Sampler, Settings};
+use crate::settings::{Crop, Engine, PlanChoice, Sampler, Settings, Shard};
 use crate::setup::frame::Frame;
+use crate::setup::recipe::Recipe;
 use crate::tables::{PreparedScene, scale_limits};
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -46,7 +49,8 @@ pixel at just the bright outliers that it should report, since the outlier is it
 pub struct RenderArgs {
     /// A scene file (.toml), a bare .obj, or builtin:NAME
     scene: PathBuf,
-    /// Image to write: .exr, .png, .hdr or .pfm; may be given several times; its directory is made if need be
+    /// Image to write: .exr, .png, .hdr or .pfm; may be given several times; its directory is made if need be. With --shard
+    /// the file of the part, of any name
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     #[arg(long, value_name = "N", help = spp_help(), value_parser = args::positive, allow_negative_numbers = true)]
@@ -74,6 +78,9 @@ pub struct RenderArgs {
     /// Render this rectangle of the film only
     #[arg(long, value_name = "X,Y,W,H", value_parser = args::crop, allow_hyphen_values = true)]
     crop: Option<Crop>,
+    /// Render part K of N, every N-th tile of a fixed order with all its samples, for octray merge; parts may be made anywhere
+    #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
+    shard: Option<Shard>,
     #[command(flatten)]
     sequence: FrameArgs,
     /// Stops of exposure for PNG; other formats hold radiance as it is
@@ -114,11 +121,14 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     if args.progress == Form::Json {
         messages::as_json();
     }
+    if args.shard.is_some() {
+        check_shard(args)?;
+    }
     let (checkpoint, preview) = args.keeping.files();
     let names = Names { outputs: &args.output, stats: args.stats.as_deref(), checkpoint, preview };
     let shots = args.sequence.shots(names)?;
-    shots.iter().try_for_each(check_outputs)?;
-    args.keeping.check(&shots)?;
+    shots.iter().try_for_each(|shot| check_outputs(shot, args.shard))?;
+    args.keeping.check(&shots, args.shard.is_none())?;
     let mut scene = load(&args.scene, args.quiet)?;
     let of_path = places::reading(|| args.sequence.place(&mut scene.desc))?;
     scene.desc.warnings.extend(of_path);
@@ -170,7 +180,8 @@ fn render_shot(
     let learned_from =
         shot.frame.filter(|_| settings.learns()).map(|frame| sequence.cameras(frame)).unwrap_or_default();
     let path = args.keeping.path(shot);
-    let mut state = State::new(path, &scene.desc, &settings, &frame, &learned_from);
+    let recipe = recipe_of(&scene.desc, &settings, &frame, &learned_from);
+    let mut state = State::new(path, &recipe, settings.shard);
     let start = state.read(&mut settings, args.keeping.resumes())?;
     let (start_spp, resumed) = (start.as_ref().map_or(0, |film| film.spp), start.is_some());
     let mut warnings = scene.desc.warnings.clone();
@@ -190,7 +201,7 @@ fn render_shot(
     render.film.exposure = args.exposure;
     render.film.metadata.extend(shot.frame.map(|frame| ("frame".to_owned(), frame.to_string())));
     if !render.stats.finished {
-        return stopped(shot, &state, &render, settings.spp).map(|()| false);
+        return stopped(shot, &state, &render, (settings.spp, settings.shard.is_some())).map(|()| false);
     }
     let mut found = findings(&render);
     found.extend(beyond_f32(&render, &shot.outputs));
@@ -199,7 +210,11 @@ fn render_shot(
     // Every file is tried: one full disk must not cost the image that fits elsewhere.
     let (mut written, mut complete) = (Vec::new(), true);
     for path in &shot.outputs {
-        match render.film.save(path) {
+        let saved = match settings.shard {
+            Some(shard) => part::write(path, &about(&settings, shard, &frame, &recipe, &render.film), &render.film),
+            None => render.film.save(path),
+        };
+        match saved {
             Ok(()) => written.push(path.as_path()),
             Err(error) => {
                 report(&error);
@@ -244,7 +259,7 @@ fn render_shot(
 }
 
 /// Keeps what an interrupted render, which was to have `spp` samples a pixel, has come to, and writes the picture so far.
-fn stopped(shot: &Shot, state: &State, render: &Render, spp: u32) -> Result<()> {
+fn stopped(shot: &Shot, state: &State, render: &Render, (spp, of_part): (u32, bool)) -> Result<()> {
     let film = &render.film;
     if film.most_spp() == 0 {
         warn("stopped before the first sample: there is nothing to keep");
@@ -252,7 +267,9 @@ fn stopped(shot: &Shot, state: &State, render: &Render, spp: u32) -> Result<()> 
     }
     state.keep(film, render.stats.render_s, false)?;
     let mut partial = Vec::new();
-    for path in shot.outputs.iter().filter_map(|path| partial_path(path)) {
+    // The strip of a part is no picture.
+    let images = if of_part { &[][..] } else { &shot.outputs };
+    for path in images.iter().filter_map(|path| partial_path(path)) {
         match film.save(&path) {
             Ok(()) => partial.push(path.display().to_string()),
             Err(error) => report(&error),
@@ -270,10 +287,39 @@ fn stopped(shot: &Shot, state: &State, render: &Render, spp: u32) -> Result<()> 
     Ok(())
 }
 
+/// Refuses with `--shard` what needs the whole image, or more than one file.
+fn check_shard(args: &RenderArgs) -> Result<()> {
+    let refused = |message: &str| Err(Error::Usage(format!("--shard: {message}")));
+    match () {
+        _ if args.time.is_some() => {
+            refused("--time ends all pixels at once, which parts that are made apart cannot: use --spp")
+        }
+        _ if args.target_error.is_some() => refused("--target-error goes by the noise of the whole image: use --spp"),
+        _ if args.keeping.files().1.is_some() => refused("--preview shows whole images: leave it out"),
+        _ if args.output.len() > 1 => refused("a part is one file: give one -o, and images to octray merge"),
+        _ => Ok(()),
+    }
+}
+
+/// What a part of the picture of `settings` says of itself.
+fn about(settings: &Settings, shard: Shard, frame: &Frame, recipe: &Recipe, film: &Film) -> About {
+    let Crop { x, y, width, height } = frame.crop;
+    About {
+        recipe: recipe.0.clone(),
+        metadata: film.metadata.clone(),
+        film: frame.film,
+        crop: [x, y, width, height],
+        shard: (shard.number, shard.count),
+        spp: film.spp,
+        grouped: settings.sampler == Sampler::Sobol,
+    }
+}
+
 /// Everything that can be known about the outputs before the work starts.
-fn check_outputs(shot: &Shot) -> Result<()> {
+fn check_outputs(shot: &Shot, shard: Option<Shard>) -> Result<()> {
     let images = shot.outputs.iter();
-    images.clone().try_for_each(|path| check_place(path, |path| check_output_path(path)))?;
+    let check = |path: &Path| if shard.is_some() { atomic::check(path) } else { check_output_path(path) };
+    images.clone().try_for_each(|path| check_place(path, check))?;
     images.clone().try_for_each(|path| places::claim(path))?;
     shot.stats.iter().try_for_each(|path| check_json_path("--stats", path))
 }
@@ -295,6 +341,7 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
     settings.plan = args.plan.plan;
     settings.threads = args.threads.unwrap_or(0) as usize;
     settings.crop = args.crop;
+    settings.shard = args.shard;
     settings
 }
 
@@ -357,10 +404,12 @@ fn summary(settings: &Settings, render: &Render, written: &[&Path], of_sequence:
         [] => "nothing written".to_owned(),
         _ => format!("wrote {}", names.join(", ")),
     }];
+    let size = match settings.shard {
+        Some(shard) => format!("part {shard} of a picture"),
+        None => format!("{} x {} pixels", film.width, film.height),
+    };
     lines.push(format!(
-        "  {} x {} pixels, {} sample{} a pixel, {}{bias}, {}, {} s, {} Mpaths/s",
-        film.width,
-        film.height,
+        "  {size}, {} sample{} a pixel, {}{bias}, {}, {} s, {} Mpaths/s",
         film.spp,
         if film.spp == 1 { "" } else { "s" },
         settings.strategy,
@@ -370,7 +419,7 @@ fn summary(settings: &Settings, render: &Render, written: &[&Path], of_sequence:
     ));
     lines.extend(noise(settings, render).map(|noise| format!("  {noise}")));
     // What an interrupted render says on standard error is how to go on.
-    if stats.finished && !of_sequence {
+    if stats.finished && !of_sequence && settings.shard.is_none() {
         lines.extend(next_step(written).map(|step| format!("next: {step}")));
     }
     lines.join("\n") + "\n"

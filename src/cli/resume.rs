@@ -8,7 +8,7 @@ use crate::film::checkpoint;
 use crate::scene::SceneDesc;
 use crate::scene::desc::CameraDesc;
 use crate::scene::fingerprint;
-use crate::settings::Settings;
+use crate::settings::{Settings, Shard};
 use crate::setup::frame::Frame;
 use crate::setup::recipe::Recipe;
 use std::path::{Path, PathBuf};
@@ -21,23 +21,21 @@ pub struct State {
     seconds: f64,
 }
 
+/// What decides every bit of a render's samples. `learned_from`: the cameras of the frames whose training it shares.
+pub fn recipe_of(scene: &SceneDesc, settings: &Settings, frame: &Frame, learned_from: &[CameraDesc]) -> Recipe {
+    let content = format!("{:016x}", fingerprint::scene(scene));
+    let training = match learned_from.len() {
+        0 | 1 => "by itself".to_owned(),
+        frames => format!("over {frames} frames, {:016x}", fingerprint::cameras(learned_from)),
+    };
+    Recipe::new(&scene.name, settings, frame).and("content of the scene", content).and("training", training)
+}
+
 impl State {
-    /// That of a render in `path`; `learned_from`: the cameras of the frames whose training it shares.
-    pub fn new(
-        path: PathBuf,
-        scene: &SceneDesc,
-        settings: &Settings,
-        frame: &Frame,
-        learned_from: &[CameraDesc],
-    ) -> State {
-        let content = format!("{:016x}", fingerprint::scene(scene));
-        let training = match learned_from.len() {
-            0 | 1 => "by itself".to_owned(),
-            frames => format!("over {frames} frames, {:016x}", fingerprint::cameras(learned_from)),
-        };
-        let recipe = Recipe::new(&scene.name, settings, frame).and("content of the scene", content);
-        let recipe = recipe.and("training", training);
-        State { path, recipe, seconds: 0.0 }
+    /// That of a render in `path`, which `recipe` and the tiles of it that are rendered decide.
+    pub fn new(path: PathBuf, recipe: &Recipe, shard: Option<Shard>) -> State {
+        let part = shard.map_or("all".to_owned(), |shard| shard.to_string());
+        State { path, recipe: recipe.clone().and("part", part), seconds: 0.0 }
     }
 
     /// Where it is kept.

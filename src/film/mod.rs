@@ -9,6 +9,7 @@
 
 pub mod checkpoint;
 pub mod error;
+pub mod part;
 pub mod sums;
 
 pub use error::{ErrorSums, RelativeError};

@@ -17,11 +17,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::clock::Stopwatch;
 use crate::error::{Error, Result};
 use crate::fault::{Fault, planted};
-use crate::film::{Film, NonFinite, Place, RelativeError, TileCounts};
+use crate::film::{Film, NonFinite, Place, RelativeError};
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
 use crate::reference::single;
-use crate::settings::{Crop, Sampler, Settings};
+use crate::settings::{Crop, Settings};
 use crate::setup::Setup;
 use crate::setup::recipe::Recipe;
 pub use crate::stats::{RayCounts, StageStats, Stats};
@@ -30,7 +30,7 @@ use crate::trace::TraceVertex;
 use chance::brightest_by_chance;
 use passes::{PASS_SPP, pass_length, reaches};
 use shared::{Between, SharedSum};
-use tiles::{Order, cut_into_tiles, reorder, tile_size};
+use tiles::{Layout, Order, cut_into_tiles, tile_size};
 pub use watch::{Progress, Watch};
 use workers::{Job, Worker, with_team};
 pub use workers::{PATHS_AT_ONCE, fill_slots};
@@ -168,18 +168,23 @@ fn render_trained(
     let trained_s = clock.wall_seconds();
     let plan = Plan::new(setup);
     let spp = settings.spp.max(1);
-    let mut film = match start.filter(|_| !planted(Fault::LostPass)) {
-        Some(film) => checked(film, setup)?,
-        None => Film::try_of_sampler(setup.frame.crop, settings.sampler)?,
-    };
     // Counts are told for tiles of their own size.
-    let tile = film.uneven.as_ref().map_or(tile_size(spp.min(PASS_SPP)), |uneven| uneven.tile);
-    let (columns, rows) = TileCounts::grid(tile, (film.width, film.height));
-    let mut threads = thread_count(settings.threads).min(columns as usize * rows as usize);
+    let of_counts = start.as_ref().and_then(|film| film.uneven.as_ref()).map(|uneven| uneven.tile);
+    let tile = of_counts.unwrap_or_else(|| tile_size(spp.min(PASS_SPP)));
+    if !(1..=PATHS_AT_ONCE as u64).contains(&(u64::from(tile.0) * u64::from(tile.1))) {
+        return Err(not_of_this());
+    }
+    let layout = Layout::new(setup, tile);
+    let mut film = match start.filter(|_| !planted(Fault::LostPass)) {
+        Some(film) if layout.fits(&film, setup) => film,
+        Some(_) => return Err(not_of_this()),
+        None => layout.film(setup)?,
+    };
+    let mut threads = thread_count(settings.threads).min(layout.areas.len()).max(1);
     let wanted = threads;
     let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&plan, settings.engine)).collect();
-    let pixels = setup.frame.crop.width as u64 * setup.frame.crop.height as u64;
-    let resumed = samples_of(&film);
+    let pixels = layout.pixels();
+    let resumed = layout.samples(&film);
     // Looked for only where something asks for it: a map of the surroundings may be large.
     let brightest = settings.target_error.map_or(0.0, |_| brightest_by_chance(setup));
     let first = film.spp;
@@ -189,16 +194,16 @@ fn render_trained(
         // A pass that was left in the middle is done first.
         let mut unfinished = film.uneven.as_ref().map(|_| film.most_spp());
         let any = film.most_spp() > 0;
-        let samples = samples_of(&film);
+        let samples = layout.samples(&film);
         if any {
-            reorder(&mut film, tile, Order::Tiles);
+            layout.reorder(&mut film, Order::Tiles);
         }
         let pause_at = watch.pause_after().map_or(f64::INFINITY, |pause| clock.wall_seconds() + pause.as_secs_f64());
         let job = Between::new(Job {
             setup,
             plan: &plan,
             engine: settings.engine,
-            tiles: cut_into_tiles(setup, &mut film, tile),
+            tiles: cut_into_tiles(setup, &mut film, &layout),
             next_tile: SharedSum::new(0),
             samples: SharedSum::new(samples),
             resumed,
@@ -211,7 +216,7 @@ fn render_trained(
             total: spp as u64 * pixels,
             watch,
         });
-        let ((end, error), team) = with_team(&mut workers, &job, |team| {
+        let ((end, error, done), team) = with_team(&mut workers, &job, |team| {
             // A picture to go on from may be good enough as it is.
             let mut error = if any { team.error() } else { None };
             let reached = |done: u32, error: Option<RelativeError>, seconds: f64| {
@@ -224,10 +229,10 @@ fn render_trained(
                 let seconds = clock.wall_seconds();
                 // At least one pass is made, so that there is a picture.
                 if unfinished.is_none() && done > 0 && reached(done, error, seconds) {
-                    return (LegEnd::Finished, error);
+                    return (LegEnd::Finished, error, done);
                 }
                 if stop.load(Ordering::Relaxed) {
-                    return (LegEnd::Stopped, error);
+                    return (LegEnd::Stopped, error, done);
                 }
                 let taken = (done - first, seconds - trained_s);
                 let end = unfinished.take().unwrap_or_else(|| done + pass_length(settings, done, taken, pixels, error));
@@ -236,10 +241,10 @@ fn render_trained(
                 if whole {
                     done = end;
                 } else if stop.load(Ordering::Relaxed) {
-                    return (LegEnd::Stopped, error);
+                    return (LegEnd::Stopped, error, done);
                 }
                 if clock.wall_seconds() >= pause_at {
-                    return (LegEnd::Paused, error);
+                    return (LegEnd::Paused, error, done);
                 }
             }
         });
@@ -250,10 +255,8 @@ fn render_trained(
             nonfinite.append(&mut tile.nonfinite);
             counts.push(tile.done);
         }
-        reorder(&mut film, tile, Order::Rows);
-        film.spp = counts.iter().copied().min().unwrap_or(0);
-        let even = counts.iter().all(|count| *count == film.spp);
-        film.uneven = (!even).then_some(TileCounts { tile, counts });
+        layout.reorder(&mut film, Order::Rows);
+        layout.count(&mut film, counts, done);
         match end {
             LegEnd::Finished => break (true, error),
             LegEnd::Stopped => break (false, error),
@@ -271,33 +274,8 @@ fn render_trained(
     Ok(render)
 }
 
-/// Samples over all pixels.
-fn samples_of(film: &Film) -> u64 {
-    let Some(TileCounts { tile, counts }) = &film.uneven else { return u64::from(film.spp) * film.pixels.len() as u64 };
-    let (columns, _) = TileCounts::grid(*tile, (film.width, film.height));
-    let pixels = |index: u32| {
-        let (x, y) = (index % columns * tile.0, index / columns * tile.1);
-        u64::from(tile.0.min(film.width - x)) * u64::from(tile.1.min(film.height - y))
-    };
-    (0..).zip(counts).map(|(index, count)| u64::from(*count) * pixels(index)).sum()
-}
-
-/// `film`, if a render of `setup` can go on from it.
-fn checked(film: Film, setup: &Setup) -> Result<Film> {
-    let crop = setup.frame.crop;
-    let count = crop.width as usize * crop.height as usize;
-    let (squares, groups) = if setup.sampler == Sampler::Sobol { (0, count) } else { (count, 0) };
-    let fits = (film.width, film.height) == (crop.width, crop.height)
-        && (film.pixels.len(), film.squares.len(), film.groups.len()) == (count, squares, groups)
-        && film.uneven.as_ref().is_none_or(|uneven| {
-            let (columns, rows) = TileCounts::grid(uneven.tile, (film.width, film.height));
-            (1..=PATHS_AT_ONCE as u64).contains(&(u64::from(uneven.tile.0) * u64::from(uneven.tile.1)))
-                && uneven.counts.len() == columns as usize * rows as usize
-        });
-    match fits {
-        true => Ok(film),
-        false => Err(Error::Usage("the picture to go on from is none of this film and sampler".into())),
-    }
+fn not_of_this() -> Error {
+    Error::Usage("the picture to go on from is none of this film and sampler".into())
 }
 
 /// The worker threads of a render: `asked`, or one for every core.
@@ -319,7 +297,7 @@ fn finish(
 ) -> Render {
     let Crop { x, y, width, height } = setup.frame.crop;
     let whole = (x, y, (width, height)) == (0, 0, setup.frame.film);
-    film.place = (!whole).then_some(Place { x, y, film: setup.frame.film });
+    film.place = (!whole && setup.shard.is_none()).then_some(Place { x, y, film: setup.frame.film });
     film.exposure = 0.0;
     nonfinite.sort_unstable();
     let mut counters = Counters::default();

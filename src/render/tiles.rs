@@ -4,9 +4,10 @@
 //! which is one piece of it: a band of tiles as high as a tile takes the same place in either order, so pixels move within
 //! bands only, with a copy of one band aside.
 
-use crate::film::{ErrorSums, Film, SumsMut};
+use crate::error::Result;
+use crate::film::{ErrorSums, Film, SumsMut, TileCounts, part};
 use crate::render::shared::Locked;
-use crate::settings::Crop;
+use crate::settings::{Crop, Sampler};
 use crate::setup::Setup;
 
 /// A rectangle of the film and what it has gathered.
@@ -32,43 +33,113 @@ pub(super) fn tile_size(pass_spp: u32) -> (u32, u32) {
     }
 }
 
-/// The tiles of `film`, a picture of the setup's crop in the order of tiles ([`reorder`]) of this size, which its counts, if it
-/// is uneven, are for as well; they go into the tiles.
-pub(super) fn cut_into_tiles<'f>(
-    setup: &Setup,
-    film: &'f mut Film,
-    (width, height): (u32, u32),
-) -> Vec<Locked<Tile<'f>>> {
-    let (crop, spp) = (setup.frame.crop, film.spp);
-    let mut counts = film.uneven.take().map(|uneven| uneven.counts).unwrap_or_default().into_iter();
-    let SumsMut { mut pixels, mut squares, mut groups } = film.sums_mut();
-    let mut tiles = Vec::new();
-    for y in (0..crop.height).step_by(height as usize) {
-        for x in (0..crop.width).step_by(width as usize) {
-            let (w, h) = ((crop.width - x).min(width), (crop.height - y).min(height));
-            let area = Crop { x: crop.x + x, y: crop.y + y, width: w, height: h };
-            let count = w as usize * h as usize;
-            let sums = SumsMut {
-                pixels: split_off(&mut pixels, count),
-                squares: split_off(&mut squares, count),
-                groups: split_off(&mut groups, count),
-            };
-            let done = counts.next().unwrap_or(spp);
-            let mut tile = Tile {
-                area,
-                done,
-                sums,
-                unit: setup.scene.radiance_unit,
-                nonfinite: Vec::new(),
-                error: ErrorSums::default(),
-            };
-            if done > 0 {
-                tile.note_error();
+/// Where the tiles of a render lie, in the film and in its tables.
+pub(super) struct Layout {
+    /// Of each, its pixels in the film.
+    pub(super) areas: Vec<Crop>,
+    /// Columns and rows of all but the last ones of a row or column.
+    tile: (u32, u32),
+    /// The tables are a strip of the tiles of a part: they have no rows.
+    is_strip: bool,
+}
+
+impl Layout {
+    /// That of `setup`, in tiles of this size; those of a part have a size of their own.
+    pub(super) fn new(setup: &Setup, tile: (u32, u32)) -> Layout {
+        let crop = setup.frame.crop;
+        if let Some(shard) = setup.shard {
+            let areas = part::tiles(setup.frame.film, crop, shard);
+            return Layout { areas, tile: (part::PIXELS, 1), is_strip: true };
+        }
+        let mut areas = Vec::new();
+        for y in (0..crop.height).step_by(tile.1 as usize) {
+            for x in (0..crop.width).step_by(tile.0 as usize) {
+                let (width, height) = ((crop.width - x).min(tile.0), (crop.height - y).min(tile.1));
+                areas.push(Crop { x: crop.x + x, y: crop.y + y, width, height });
             }
-            tiles.push(Locked::new(tile));
+        }
+        Layout { areas, tile, is_strip: false }
+    }
+
+    /// An empty film for it.
+    pub(super) fn film(&self, setup: &Setup) -> Result<Film> {
+        match self.is_strip {
+            true => part::strip(&self.areas, setup.sampler),
+            false => Film::try_of_sampler(setup.frame.crop, setup.sampler),
         }
     }
-    tiles
+
+    /// Pixels of all tiles.
+    pub(super) fn pixels(&self) -> u64 {
+        self.areas.iter().map(|area| u64::from(area.width) * u64::from(area.height)).sum()
+    }
+
+    /// Samples of all pixels of `film`, which is of this layout.
+    pub(super) fn samples(&self, film: &Film) -> u64 {
+        let Some(uneven) = &film.uneven else { return u64::from(film.spp) * self.pixels() };
+        let of_tile = |(area, count): (&Crop, &u32)| u64::from(area.width) * u64::from(area.height) * u64::from(*count);
+        self.areas.iter().zip(&uneven.counts).map(of_tile).sum()
+    }
+
+    /// Whether a render can go on from `film`.
+    pub(super) fn fits(&self, film: &Film, setup: &Setup) -> bool {
+        let crop = setup.frame.crop;
+        let size = match self.is_strip {
+            true => (self.areas.len() as u32 * part::PIXELS, u32::from(!self.areas.is_empty())),
+            false => (crop.width, crop.height),
+        };
+        let count = size.0 as usize * size.1 as usize;
+        let (squares, groups) = if setup.sampler == Sampler::Sobol { (0, count) } else { (count, 0) };
+        let of_tiles = |uneven: &TileCounts| uneven.tile == self.tile && uneven.counts.len() == self.areas.len();
+        (film.width, film.height) == size
+            && (film.pixels.len(), film.squares.len(), film.groups.len()) == (count, squares, groups)
+            && film.uneven.as_ref().is_none_or(of_tiles)
+    }
+
+    /// Gives `film` the number of samples of each tile; `done`: what all have if there is none.
+    pub(super) fn count(&self, film: &mut Film, counts: Vec<u32>, done: u32) {
+        film.spp = counts.iter().copied().min().unwrap_or(done);
+        let even = counts.iter().all(|count| *count == film.spp);
+        film.uneven = (!even).then_some(TileCounts { tile: self.tile, counts });
+    }
+
+    /// Brings all tables of `film` from the other order into `to`.
+    pub(super) fn reorder(&self, film: &mut Film, to: Order) {
+        if !self.is_strip {
+            reorder(film, self.tile, to);
+        }
+    }
+}
+
+/// The tiles of `film`, in the order of tiles of this layout. The counts of an uneven film go into them.
+pub(super) fn cut_into_tiles<'f>(setup: &Setup, film: &'f mut Film, layout: &Layout) -> Vec<Locked<Tile<'f>>> {
+    let spp = film.spp;
+    let mut counts = film.uneven.take().map(|uneven| uneven.counts).unwrap_or_default().into_iter();
+    let SumsMut { mut pixels, mut squares, mut groups } = film.sums_mut();
+    let of_tile = |&area: &Crop| {
+        let count = area.width as usize * area.height as usize;
+        // What a tile at the edge lacks in a strip belongs to nobody.
+        let taken = if layout.is_strip { part::PIXELS as usize } else { count };
+        let sums = SumsMut {
+            pixels: first(split_off(&mut pixels, taken), count),
+            squares: first(split_off(&mut squares, taken), count),
+            groups: first(split_off(&mut groups, taken), count),
+        };
+        let done = counts.next().unwrap_or(spp);
+        let unit = setup.scene.radiance_unit;
+        let mut tile = Tile { area, done, sums, unit, nonfinite: Vec::new(), error: ErrorSums::default() };
+        if done > 0 {
+            tile.note_error();
+        }
+        Locked::new(tile)
+    };
+    layout.areas.iter().map(of_tile).collect()
+}
+
+/// The first `count` of `rows`, or all there are.
+fn first<T>(rows: &mut [T], count: usize) -> &mut [T] {
+    let count = count.min(rows.len());
+    &mut rows[..count]
 }
 
 /// The first `count` of `table`, which is left with the others; nothing of an empty table.
@@ -86,7 +157,7 @@ pub(super) enum Order {
 }
 
 /// Brings all tables of `film` from the other order into `to`, for tiles of this size.
-pub(super) fn reorder(film: &mut Film, tile: (u32, u32), to: Order) {
+fn reorder(film: &mut Film, tile: (u32, u32), to: Order) {
     let width = film.width as usize;
     reorder_table(&mut film.pixels, width, tile, to);
     reorder_table(&mut film.squares, width, tile, to);
@@ -133,7 +204,6 @@ impl Tile<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::Sampler;
 
     #[test]
     fn films_come_back_from_the_order_of_tiles_as_they_were() {

@@ -9,7 +9,7 @@ use crate::camera;
 use crate::camera::Camera;
 use crate::learn::outcome::Learning;
 use crate::scene::desc::CameraDesc;
-use crate::settings::{DEPTH_GUARD, PlanChoice, Roulette, Sampler, Settings};
+use crate::settings::{DEPTH_GUARD, PlanChoice, Roulette, Sampler, Settings, Shard};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
 use crate::tables::guide::Guide;
@@ -41,6 +41,8 @@ pub struct Setup<'a> {
     pub seed: u32,
     /// The film and the part of it that is rendered.
     pub frame: Frame,
+    /// Of that, the tiles; `None`: all.
+    pub shard: Option<Shard>,
     /// What learning came to; `None`: nothing was to be learned, or has been yet.
     pub learning: Option<Learning>,
     /// What the user should know of these settings, one sentence each.
@@ -77,6 +79,7 @@ impl<'a> Setup<'a> {
             sampler: settings.sampler,
             seed: settings.seed,
             frame,
+            shard: settings.shard,
             learning: None,
             warnings: camera::warnings(camera, height),
         }

@@ -158,7 +158,7 @@ fn a_failing_write_keeps_the_old_file_and_leaves_nothing_beside_it() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.png");
     fs::write(&path, "old").unwrap();
-    let error = octray::internal::image::atomic::write(&path, |out| {
+    let error = octray::internal::files::atomic::write(&path, |out| {
         out.write_all(b"half a picture")?;
         Err(std::io::Error::other("the disk is on fire"))
     });

@@ -12,3 +12,4 @@ mod frames;
 mod help;
 mod images;
 mod learned;
+mod long;
