@@ -52,7 +52,8 @@
 //! | `sampler` | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
 //! | `simd` | which SIMD level is used, chosen at run time; the engine's inner loops, compiled once a level |
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
-//! | `film`, `image`, `color` | sums and checkpoints, image files (OpenEXR: feature `exr`), the sRGB curve |
+//! | `film`, `image`, `color` | sums, checkpoints and parts, image files (OpenEXR: feature `exr`), the sRGB curve |
+//! | `files`, `shown` | files as bytes: read where they are regular and fit into memory, written whole or not at all, sealed by a checksum; their text as messages may show it |
 //! | `api` | load a scene, prepare it, ask its triangles about rays |
 //! | [`check`] | what `octray check` measures: extreme and stiff cases against closed forms and f64, with bounds |
 //! | `fault` | faults that unit tests plant, so that every check is known to fail |
@@ -62,7 +63,7 @@
 //!
 //! Layers, top to bottom, nothing imports upwards and no files form a circle (a test reads the sources): `cli > {report, check} >
 //! {render, api} > {packet, reference} > {import, setup, learn, film, image, camera, stats, trace} > tables > {scene, bvh} >
-//! {settings, strategy, sampler, lanes, simd, math, color, error, clock, fault, fingerprint, nearest, named_choice}`.
+//! {settings, strategy, sampler, lanes, simd, math, color, error, clock, fault, files, fingerprint, nearest, named_choice, shown}`.
 //!
 //! A material kind is a row in `tables::materials::TABLE`, a file in `packet/kernels/bsdf` and one in `reference/bsdf` (each with
 //! its line in the folder's `mod.rs`), and what files say of it in `import`. A strategy is a row in `strategy::TABLE`.

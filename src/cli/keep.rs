@@ -65,9 +65,10 @@ impl KeepArgs {
     /// [`crate::Error::Write`]; [`crate::Error::Usage`] where two outputs have one file.
     pub fn check(&self, shots: &[Shot], of_images: bool) -> Result<()> {
         for shot in shots {
-            let path = self.path(shot);
-            check_place(&path, atomic::check)?;
-            places::claim(&path)?;
+            if let Some(path) = self.path(shot) {
+                check_place(&path, atomic::check)?;
+                places::claim(&path)?;
+            }
             let images = if of_images { &shot.outputs[..] } else { &[] };
             let mut partial = images.iter().filter_map(|path| partial_path(path));
             partial.try_for_each(|path| check_place(&path, atomic::check))?;
@@ -82,23 +83,29 @@ impl KeepArgs {
         Ok(())
     }
 
-    /// The checkpoint of a render: the one that is named; or that of whichever of its images has one; or that of the first.
-    pub fn path(&self, shot: &Shot) -> PathBuf {
+    /// The checkpoint of a render: the one that is named; or that of whichever of its images has one; or that of the first that
+    /// is a file.
+    pub fn path(&self, shot: &Shot) -> Option<PathBuf> {
         let beside = |image: &PathBuf| {
             let mut path = image.clone().into_os_string();
             path.push(UNFINISHED);
             PathBuf::from(path)
         };
         let named = self.checkpoint.as_ref().and(shot.checkpoint.clone());
-        let found = || shot.outputs.iter().map(beside).find(|path| path.symlink_metadata().is_ok());
-        named.or_else(found).unwrap_or_else(|| beside(&shot.outputs[0]))
+        let files = || shot.outputs.iter().filter(|path| !is_special(path)).map(beside);
+        named.or_else(|| files().find(|path| path.symlink_metadata().is_ok())).or_else(|| files().next())
     }
+}
+
+/// A device or a pipe.
+fn is_special(path: &Path) -> bool {
+    path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
 /// Where the picture so far of an interrupted render goes, so that an older image stays: `a.partial.png` for `a.png`. `None`
 /// where the image is a device or a pipe.
 pub fn partial_path(image: &Path) -> Option<PathBuf> {
-    if image.metadata().is_ok_and(|found| !found.is_file()) {
+    if is_special(image) {
         return None;
     }
     let (stem, extension) = (image.file_stem()?, image.extension()?);
@@ -181,20 +188,23 @@ impl Watch for Watcher<'_> {
             // A disk may be full for a while: what was kept before is kept still, and the render is worth going on.
             match self.state.keep(film, seconds, false) {
                 Ok(()) => {
-                    let file = self.state.path().display().to_string();
+                    let file = self.state.path().map(|path| path.display().to_string());
                     messages::event(&json!({ "event": "checkpoint", "file": file, "samples_per_pixel": film.spp }));
                 }
                 Err(error) => warn(&format!("{error}; the render goes on")),
             }
-            next.checkpoint = later(Instant::now(), self.args.every);
+            // Where keeping takes longer than the time between, half of the time is work.
+            next.checkpoint = later(Instant::now(), self.args.every.max(now.elapsed()));
         }
         if let (Some(path), Some(preview)) = (self.preview, due.preview)
             && now >= preview
         {
+            let now = Instant::now();
             if let Err(error) = make_directory(path).and_then(|()| film.save_exposed(path, self.exposure)) {
                 warn(&format!("{error}; the render goes on"));
             }
-            next.preview = Some(later(Instant::now(), self.args.preview_every));
+            // A picture to look at is to cost a tenth of the time at most.
+            next.preview = Some(later(Instant::now(), self.args.preview_every.max(9 * now.elapsed())));
         }
         *self.due.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = next;
     }

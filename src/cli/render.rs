@@ -231,10 +231,12 @@ fn render_shot(
     if !complete {
         // The samples outlive their files.
         state.keep(&render.film, render.stats.render_s, false)?;
-        warn(&format!(
-            "the finished render is kept in {}: the same command writes its files once they can be written",
-            state.path().display()
-        ));
+        if let Some(path) = state.path() {
+            warn(&format!(
+                "the finished render is kept in {}: the same command writes its files once they can be written",
+                path.display()
+            ));
+        }
         return Ok(false);
     }
     match args.keeping.keeps() {
@@ -276,14 +278,14 @@ fn stopped(shot: &Shot, state: &State, render: &Render, (spp, of_part): (u32, bo
         }
     }
     let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
-    let done = match film.uneven {
-        Some(_) => format!("{} to {}", film.spp, film.most_spp()),
-        None => film.spp.to_string(),
-    };
+    let done = film.spp_in_words();
     let so_far =
         if partial.is_empty() { String::new() } else { format!("; the picture so far: {}", partial.join(", ")) };
-    let path = state.path().display();
-    warn(&format!("stopped after {done}{of} samples a pixel; the same command goes on from there ({path}){so_far}"));
+    let on = match state.path() {
+        Some(path) => format!("the same command goes on from there ({})", path.display()),
+        None => "nothing is kept of them: the image is no file, and no --checkpoint is named".to_owned(),
+    };
+    warn(&format!("stopped after {done}{of} samples a pixel; {on}{so_far}"));
     Ok(())
 }
 

@@ -15,7 +15,8 @@ use std::path::{Path, PathBuf};
 
 /// The checkpoint of a render, and what decides whether another render may go on from it.
 pub struct State {
-    path: PathBuf,
+    /// `None`: nothing is kept.
+    path: Option<PathBuf>,
     recipe: Recipe,
     /// Seconds that earlier calls have taken.
     seconds: f64,
@@ -32,15 +33,15 @@ pub fn recipe_of(scene: &SceneDesc, settings: &Settings, frame: &Frame, learned_
 }
 
 impl State {
-    /// That of a render in `path`, which `recipe` and the tiles of it that are rendered decide.
-    pub fn new(path: PathBuf, recipe: &Recipe, shard: Option<Shard>) -> State {
+    /// That of a render in `path`, if it has one, which `recipe` and the tiles of it that are rendered decide.
+    pub fn new(path: Option<PathBuf>, recipe: &Recipe, shard: Option<Shard>) -> State {
         let part = shard.map_or("all".to_owned(), |shard| shard.to_string());
         State { path, recipe: recipe.clone().and("part", part), seconds: 0.0 }
     }
 
-    /// Where it is kept.
-    pub fn path(&self) -> &Path {
-        &self.path
+    /// Where it is kept; `None`: nowhere.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
     }
 
     /// What there is to go on from; `settings.time` is cut by what has been used of it. `resume`: whether a finished render is to
@@ -50,8 +51,9 @@ impl State {
     /// [`Error::Usage`] and [`Error::Parse`] if the file is of another render, or damaged, or of a finished render that nobody
     /// asked to go on with: it is left as it is. [`Error::Usage`] if there is none, and `resume` wants one.
     pub fn read(&mut self, settings: &mut Settings, resume: bool) -> Result<Option<Film>> {
-        let path = self.path.display();
-        if self.path.symlink_metadata().is_err() {
+        let Some(file) = &self.path else { return Ok(None) };
+        let path = file.display();
+        if file.symlink_metadata().is_err() {
             return match resume {
                 true => Err(Error::Usage(format!(
                     "{path}: there is no such checkpoint to resume; --keep-checkpoint leaves one behind a finished render"
@@ -59,7 +61,7 @@ impl State {
                 false => Ok(None),
             };
         }
-        let found = checkpoint::read(&self.path)?;
+        let found = checkpoint::read(file)?;
         let kind = if found.finished { "the checkpoint of a finished render" } else { "an unfinished render" };
         if !self.recipe.0.iter().map(|(name, _)| name).eq(found.settings.iter().map(|(name, _)| name)) {
             return Err(Error::Usage(format!(
@@ -87,7 +89,7 @@ impl State {
                 found.film.spp
             )));
         }
-        warn(&format!("going on from {path} with {} samples a pixel", found.film.spp));
+        warn(&format!("going on from {path} with {} samples a pixel", found.film.spp_in_words()));
         self.seconds = found.seconds;
         let used = std::time::Duration::try_from_secs_f64(found.seconds).unwrap_or_default();
         settings.time = settings.time.map(|time| time.saturating_sub(used));
@@ -99,14 +101,15 @@ impl State {
     /// # Errors
     /// [`Error::Write`]: what was kept before is kept still.
     pub fn keep(&self, film: &Film, seconds: f64, finished: bool) -> Result<()> {
-        checkpoint::write(&self.path, &self.recipe.0, (self.seconds + seconds, finished), film)?;
-        tell(&format!("{}: {} samples a pixel are kept", self.path.display(), film.spp));
+        let Some(path) = &self.path else { return Ok(()) };
+        checkpoint::write(path, &self.recipe.0, (self.seconds + seconds, finished), film)?;
+        tell(&format!("{}: {} samples a pixel are kept", path.display(), film.spp_in_words()));
         Ok(())
     }
 
     /// Removes the file of a render that is finished now.
     pub fn remove(&self) {
-        remove_unfinished(&self.path);
+        self.path.iter().for_each(|path| remove_unfinished(path));
     }
 }
 

@@ -146,6 +146,14 @@ impl Film {
         self.uneven.as_ref().map_or(self.spp, |uneven| uneven.at(x, y, self.width))
     }
 
+    /// How many samples pixels have, in words: `16`, or `16 to 32`.
+    pub fn spp_in_words(&self) -> String {
+        match self.most_spp() {
+            most if most > self.spp => format!("{} to {most}", self.spp),
+            _ => self.spp.to_string(),
+        }
+    }
+
     /// The most samples that a pixel has.
     pub fn most_spp(&self) -> u32 {
         self.uneven.iter().flat_map(|uneven| uneven.counts.iter().copied()).max().unwrap_or(self.spp)

@@ -198,12 +198,13 @@ fn render_trained(
         if any {
             layout.reorder(&mut film, Order::Tiles);
         }
+        let tiles = cut_into_tiles(setup, &mut film, &layout);
         let pause_at = watch.pause_after().map_or(f64::INFINITY, |pause| clock.wall_seconds() + pause.as_secs_f64());
         let job = Between::new(Job {
             setup,
             plan: &plan,
             engine: settings.engine,
-            tiles: cut_into_tiles(setup, &mut film, &layout),
+            tiles,
             next_tile: SharedSum::new(0),
             samples: SharedSum::new(samples),
             resumed,
@@ -315,8 +316,7 @@ fn finish(
     stats.nonfinite_samples =
         shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(setup, (x, y), sample) }).collect();
     let recipe = Recipe::new(&setup.scene.name, settings, &setup.frame);
-    let spp = if film.uneven.is_some() { format!("{} to {}", film.spp, film.most_spp()) } else { film.spp.to_string() };
-    film.metadata = recipe.and("spp", spp).0;
+    film.metadata = recipe.and("spp", film.spp_in_words()).0;
     Render { film, stats }
 }
 

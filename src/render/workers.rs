@@ -153,7 +153,10 @@ impl Team<'_, '_> {
 impl Job<'_> {
     /// One thread's part of a pass to `end` samples a pixel.
     fn work(&self, worker: &mut Worker, end: u32) {
-        while !self.is_to_end() {
+        let mut begun = false;
+        // A pause may be due before the first tile: something is done between two of them all the same.
+        while !self.is_to_end() || (!begun && !self.stop.load(Ordering::Relaxed)) {
+            begun = true;
             let next = self.next_tile.add(1, &mut worker.operations);
             let Some(tile) = self.tiles.get(next as usize) else { return };
             let mut tile = tile.lock(&mut worker.operations);

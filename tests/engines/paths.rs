@@ -106,14 +106,74 @@ fn a_time_limit_equals_the_samples_it_reached() {
     assert_eq!(render(&scene, &least).film.spp, 1, "at least one whole pass");
 }
 
+/// Every tile has the samples that it has, each pixel the first so many of its own; and from there it goes on.
 #[test]
-fn a_stopped_render_holds_whole_passes() {
+fn a_stopped_render_holds_whole_samples_tile_by_tile() {
     let scene = prepared("scenes/cornell.toml");
-    let settings = small(24, 24, 300);
-    let stopped = octray::render_with(&scene, &settings, &|_| false);
-    assert!(!stopped.stats.finished && stopped.film.spp < 300);
-    let same = render(&scene, &small(24, 24, stopped.film.spp));
-    assert_eq!(first_difference(&stopped.film, &same.film), None);
+    for (engine, sampler) in [(Engine::Packet, Sampler::Sobol), (Engine::Scalar, Sampler::Independent)] {
+        let settings = Settings { engine, sampler, threads: 2, ..small(50, 40, 300) };
+        let calls = std::sync::atomic::AtomicU32::new(0);
+        let after = |most: u32| move |calls: u32| calls < most;
+        for most in [0, 1, 5, 40] {
+            let go_on = after(most);
+            calls.store(0, std::sync::atomic::Ordering::Relaxed);
+            let heard = |_| go_on(calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+            let stopped = octray::render_with(&scene, &settings, &heard);
+            assert!(!stopped.stats.finished && stopped.film.spp < 300);
+            let film = &stopped.film;
+            let mut counts: Vec<u32> = (0..40).flat_map(|y| (0..50).map(move |x| film.spp_at(x, y))).collect();
+            counts.sort_unstable();
+            counts.dedup();
+            assert_eq!((counts[0], counts.last().copied()), (film.spp, Some(film.most_spp())));
+            for &spp in counts.iter().filter(|count| **count > 0) {
+                let same = render(&scene, &Settings { spp, engine: Engine::Packet, ..settings.clone() }).film;
+                for (y, x) in (0..40).flat_map(|y| (0..50).map(move |x| (y, x))) {
+                    if film.spp_at(x, y) == spp {
+                        assert_eq!((film.mean(x, y), film.variance(x, y)), (same.mean(x, y), same.variance(x, y)));
+                    }
+                }
+            }
+            let on = octray::render_from(&scene, &settings, Some(stopped.film), &|_| true).film;
+            assert_eq!(first_difference(&on, &render(&scene, &settings).film), None, "{engine} {most}");
+        }
+    }
+}
+
+/// Threads leave the picture alone while it is shown, and nothing of that shows in it.
+#[test]
+fn a_render_that_pauses_has_the_bits_of_one_that_does_not() {
+    struct Shown(std::sync::Mutex<Vec<(u32, u32)>>);
+    impl octray::Watch for Shown {
+        fn progress(&self, _: octray::Progress) -> bool {
+            true
+        }
+        fn pause_after(&self) -> Option<std::time::Duration> {
+            Some(std::time::Duration::from_micros(300))
+        }
+        fn pause(&self, film: &octray::Film, _: f64) {
+            assert!(film.mean(0, 0).iter().all(|mean| mean.is_finite()));
+            self.0.lock().unwrap().push((film.spp, film.most_spp()));
+        }
+    }
+    let scene = prepared("scenes/cornell.toml");
+    let settings = Settings { threads: 3, ..small(70, 40, 200) };
+    let shown = Shown(std::sync::Mutex::default());
+    let paused = octray::try_render_from(&scene, &settings, None, &shown).unwrap();
+    assert_eq!(first_difference(&paused.film, &render(&scene, &settings).film), None);
+    let shown = shown.0.into_inner().unwrap();
+    assert!(shown.len() > 1 && shown.is_sorted() && shown.last().unwrap().1 <= 200, "{shown:?}");
+}
+
+/// A film that no machine can hold, and a picture that is none of this render, are errors and no panics.
+#[test]
+fn what_cannot_be_rendered_is_an_error() {
+    let scene = prepared("scenes/cornell.toml");
+    let huge = Settings { width: Some(65_535), height: Some(65_535), ..Settings::plain() };
+    let refused = octray::try_render(&scene, &huge).unwrap_err().to_string();
+    assert!(refused.starts_with("a film of 65535 x 65535 pixels needs "), "{refused}");
+    let other = render(&scene, &small(5, 5, 1)).film;
+    let refused = octray::try_render_from(&scene, &small(6, 5, 1), Some(other), &|_| true).unwrap_err().to_string();
+    assert!(refused.contains("none of this film and sampler"), "{refused}");
 }
 
 #[test]

@@ -8,10 +8,7 @@ use std::fs;
 // What only the tests of interrupts need, which look into `/proc`.
 #[cfg(target_os = "linux")]
 use {
-    octray::{
-        Crop,
-        internal::film::checkpoint::{self, Checkpoint},
-    },
+    octray::{Crop, internal::film::checkpoint},
     std::path::Path,
     std::process::{Command, Output},
 };
@@ -162,9 +159,13 @@ fn an_interrupted_render_writes_what_it_has_and_goes_on() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let message = stderr(&output);
     assert!(message.contains("of 4000000000 samples a pixel; the same command goes on from there"), "{message}");
-    let spp: u32 = message.split("stopped after ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    let written = Image::read(&image).unwrap();
-    assert!(written.metadata.iter().any(|(key, value)| key == "spp" && *value == spp.to_string()));
+    let samples = message.split("stopped after ").nth(1).unwrap().split(" of ").next().unwrap();
+    let numbers: Vec<u32> = samples.split(" to ").map(|number| number.parse().unwrap()).collect();
+    let most = *numbers.last().unwrap();
+    // The picture so far has a name of its own, so that an older image stays until there is another.
+    let written = Image::read(path("a.partial.exr")).unwrap();
+    assert!(written.metadata.iter().any(|(key, value)| key == "spp" && *value == samples));
+    assert!(!Path::new(&image).exists());
 
     // Another render would lose this one's work: it is refused, and so is one that asks for less.
     for (flags, message) in [
@@ -185,22 +186,19 @@ fn an_interrupted_render_writes_what_it_has_and_goes_on() {
     }
 
     // On to a number of samples that ends: the same file as without a break, and nothing left beside it.
-    let more = (spp + 11).to_string();
+    let more = (most + 11).to_string();
     let output = render(&image, &["--spp", &more, "--engine", "scalar", "--threads", "2"]);
     assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stderr(&output).contains(&format!("with {spp} samples a pixel")), "{}", stderr(&output));
+    assert!(stderr(&output).contains(&format!("with {samples} samples a pixel")), "{}", stderr(&output));
     let whole = path("b.exr");
     assert!(render(&whole, &["--spp", &more]).status.success());
     assert_eq!(fs::read(&image).unwrap(), fs::read(whole).unwrap());
-    assert!(!Path::new(&state).exists());
+    assert!(!Path::new(&state).exists() && !Path::new(&path("a.partial.exr")).exists());
 
     // So is the state of a version that names other things.
-    let foreign = Checkpoint {
-        settings: vec![("version".to_owned(), "0.0.1".to_owned())],
-        seconds: 1.0,
-        film: Film { spp: 1, ..Film::new(Crop { x: 0, y: 0, width: 33, height: 20 }) },
-    };
-    checkpoint::write(Path::new(&state), &foreign).unwrap();
+    let settings = [("version".to_owned(), "0.0.1".to_owned())];
+    let film = Film { spp: 1, ..Film::new(Crop { x: 0, y: 0, width: 33, height: 20 }) };
+    checkpoint::write(Path::new(&state), &settings, (1.0, false), &film).unwrap();
     let output = render(&image, &["--spp", "2"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("an unfinished render of another version of octray"), "{}", stderr(&output));

@@ -90,6 +90,9 @@ pub struct ConvergeArgs {
     /// First of the runs' seeds
     #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
     pub seed: u32,
+    /// Keep what has been measured so often, at least: after whatever ended it, the same command goes on from there
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = args::seconds, allow_negative_numbers = true)]
+    pub every: Duration,
     /// No progress bar and no table; warnings stay
     #[arg(long)]
     pub quiet: bool,

@@ -74,11 +74,14 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
         command: &command,
         state: State::Running,
     };
+    let mut kept = Kept::new(args.every);
     let finished = experiment.run(&references, &mut measured, &stop, &mut |done| {
         progress.run(done, &experiment);
-        if done.runs.len() >= experiment.configurations.len() && partial.is_due() {
-            // What goes wrong here will go wrong at the end as well, and is told then.
+        // What goes wrong here will go wrong at the end as well, and is told then.
+        kept.when_due(|| {
             let _ = experiment.keep(&references, done, &unfinished);
+        });
+        if done.runs.len() >= experiment.configurations.len() && partial.is_due() {
             let findings = analyze(&experiment, &references, done);
             let summaries = summarize(&experiment, &findings);
             let so_far = Contents { measured: done, findings: &findings, summaries: &summaries, ..nothing };
@@ -114,6 +117,26 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
         print(&progress::summary(&experiment, findings, &args.out))?;
     }
     Ok(if finished { 0 } else { 1 })
+}
+
+/// When what has been measured is kept.
+struct Kept {
+    every: Duration,
+    last: Instant,
+}
+
+impl Kept {
+    fn new(every: Duration) -> Kept {
+        Kept { every, last: Instant::now() }
+    }
+
+    /// Calls `keep` if it is time again.
+    fn when_due(&mut self, keep: impl FnOnce()) {
+        if self.last.elapsed() >= self.every {
+            keep();
+            self.last = Instant::now();
+        }
+    }
 }
 
 /// When a report of what there is so far is written.
@@ -166,11 +189,20 @@ fn references(
             continue;
         }
         let title = experiment.case_title(index);
-        let heard = |part| progress.reference(part, &title);
         let unfinished = files.unfinished_reference(experiment, index);
         let (width, height) = experiment.film();
         let mut parts = Parts::kept(&key, width as usize * height as usize, &unfinished);
-        let Some(rendered) = reference::render(case, experiment, how, budget, &mut parts, stop, &heard) else {
+        let mut kept = Kept::new(args.every);
+        let mut heard = |parts: &Parts| {
+            progress.reference(parts.count() as u32, &title);
+            // The last part makes the reference, which is kept itself.
+            if parts.count() < reference::PARTS as usize {
+                kept.when_due(|| {
+                    let _ = parts.keep(&key, &unfinished);
+                });
+            }
+        };
+        let Some(rendered) = reference::render(case, experiment, how, budget, &mut parts, stop, &mut heard) else {
             if parts.count() > 0 {
                 parts.keep(&key, &unfinished)?;
             }

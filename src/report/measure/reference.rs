@@ -88,7 +88,7 @@ impl Parts {
 }
 
 /// Renders the reference of `case`: `budget` in all, in [`PARTS`] parts with a seed each, those that `parts` lacks. `None` if
-/// `stop` was set; `parts` then holds what is done. `told` hears how many parts are done.
+/// `stop` was set; `parts` then holds what is done. `told` hears of every part.
 pub fn render(
     case: &Case,
     experiment: &Experiment,
@@ -96,7 +96,7 @@ pub fn render(
     budget: Budget,
     parts: &mut Parts,
     stop: &AtomicBool,
-    told: &dyn Fn(u32),
+    told: &mut dyn FnMut(&Parts),
 ) -> Option<Reference> {
     for part in parts.count() as u32..PARTS {
         // Equal parts: what the first reaches in its time, the others take.
@@ -115,7 +115,7 @@ pub fn render(
         parts.seconds += render.stats.render_s;
         parts.cpu_seconds += render.stats.cpu_s;
         parts.pixels.push(render.film.to_image().pixels);
-        told(part + 1);
+        told(parts);
     }
     let (pixels, variance) = mean_and_variance(&parts.pixels);
     let (width, height) = experiment.film();
