@@ -2,6 +2,7 @@
 
 pub mod corners;
 pub mod index_set;
+pub mod libraries;
 pub mod lines;
 pub mod mesh;
 pub mod mtl;
