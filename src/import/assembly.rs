@@ -238,16 +238,19 @@ impl<'a> Assembly<'a> {
         let used = take(&mut self.materials);
         let by_name: HashMap<&str, &MaterialEntry> = entries.iter().map(|entry| (entry.name.as_str(), entry)).collect();
         let (mut undefined, mut names) = (Vec::new(), Names::default());
-        // Meshes share materials, and names may be long: each is looked up once.
-        let mut entry_of: HashMap<*const MtlMaterial, Option<&MaterialEntry>> = HashMap::new();
+        // Meshes of one file share materials: each is made, and told of, once.
+        let mut made: HashMap<*const MtlMaterial, usize> = HashMap::new();
         for ObjMaterial { material, defined } in &used {
-            let entry = *entry_of.entry(Rc::as_ptr(material)).or_insert_with(|| {
-                let entry = by_name.get(material.name.as_str()).copied();
-                if names.add(&material.name) && !defined && entry.is_none() {
-                    undefined.push(material.name.as_str());
-                }
-                entry
-            });
+            let place = self.scene.materials.len();
+            let first = *made.entry(Rc::as_ptr(material)).or_insert(place);
+            if first < place {
+                self.scene.materials.push(self.scene.materials[first].clone());
+                continue;
+            }
+            let entry = by_name.get(material.name.as_str()).copied();
+            if names.add(&material.name) && !defined && entry.is_none() {
+                undefined.push(material.name.as_str());
+            }
             let mut resolved = resolve(self.path, material, entry)?;
             self.add_images(&mut resolved, material, entry)?;
             self.scene.materials.push(resolved);

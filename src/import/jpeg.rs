@@ -99,10 +99,10 @@ impl Jpeg<'_> {
 
     /// Whether every component was sent, down to the lowest bit of what was begun.
     fn check_sent(&self) -> Outcome<()> {
-        let components = self.frame.iter().flat_map(|frame| &frame.components);
+        let mut components = self.frame.iter().flat_map(|frame| &frame.components);
         let sent =
             |c: &Component| c.lowest_bit[0].is_some() && c.lowest_bit.iter().all(|bit| bit.is_none_or(|bit| bit == 0));
-        if components.map(sent).all(|sent| sent) { Ok(()) } else { Err(CUT_OFF) }
+        if components.all(sent) { Ok(()) } else { Err(CUT_OFF) }
     }
 
     /// Walks through the data behind the header of a scan.

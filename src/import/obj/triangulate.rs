@@ -18,10 +18,10 @@ pub enum Cut {
     Crossing,
 }
 
-/// What the searches of a polygon of `corners` may cost, in boxes looked at, before it is given up as crossing itself: 0.2 s, and
-/// 5 us a corner. Of polygons of 100,000 corners a star needs a tenth of it; a spiral of 160 turns, all of them.
+/// What the searches of a polygon of `corners` may cost, in boxes looked at, before it is given up as crossing itself: 0.2 to
+/// 0.5 s. Of polygons of 100,000 corners a comb or a star needs a tenth of it; a spiral of 160 turns, all of it.
 fn search_budget(corners: usize) -> usize {
-    10_000_000 + 250 * corners
+    10_000_000 + 160 * corners.min(100_000)
 }
 
 /// The polygon's normal, twice its area long; zero if it has none.

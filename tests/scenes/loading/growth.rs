@@ -80,10 +80,13 @@ fn many_materials_that_no_mesh_uses_are_one_warning() {
     assert!(told[0].ends_with("; nor 99992 more") && !told[0].contains("`unused_8`"), "{told:?}");
 }
 
-/// An OBJ of as many triangles as materials, `m0` and so on.
+/// An OBJ of as many triangles, side by side, as materials, `m0` and so on.
 fn obj_of_materials(count: usize) -> String {
-    let head = "mtllib mesh.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n".to_owned();
-    head + &lines(count, |i| format!("usemtl m{i}\nf 1/1 2/2 3/3\n"))
+    let triangle = |i: usize| {
+        let (x, y) = (i % 300 * 2, i / 300 * 2);
+        format!("v {x} {y} 0\nv {} {y} 0\nv {x} {} 0\nusemtl m{i}\nf -3/1 -2/2 -1/3\n", x + 1, y + 1)
+    };
+    format!("mtllib mesh.mtl\nvt 0 0\nvt 1 0\nvt 0 1\n{}", lines(count, triangle))
 }
 
 /// A picture of one red pixel.

@@ -23,9 +23,7 @@ impl Bits {
 
     /// Bytes, filled up with ones, a 0 behind each 0xFF.
     fn bytes(mut self) -> Vec<u8> {
-        while self.0.len() % 8 > 0 {
-            self.0.push(true);
-        }
+        self.0.resize(self.0.len().next_multiple_of(8), true);
         let bytes = self.0.chunks(8).map(|bits| bits.iter().fold(0, |byte, &bit| byte << 1 | u8::from(bit)));
         bytes.flat_map(|byte| if byte == 0xFF { vec![0xFF, 0] } else { vec![byte] }).collect()
     }
