@@ -208,7 +208,7 @@ fn a_hundred_thousand_corners_are_tiled_soon() {
         let start = std::time::Instant::now();
         let (triangles, kind) = cut(&corners);
         assert_eq!((triangles.len(), kind), (corners.len() - 2, Cut::Tiled));
-        assert!(start.elapsed().as_secs_f64() < 5.0);
+        assert!(start.elapsed().as_secs_f64() < 10.0);
         let direction = newell_normal(&corners).normalize();
         let areas = triangles.iter().map(|t| {
             let [a, b, c] = t.map(|i| corners[i as usize]);
@@ -231,7 +231,7 @@ fn polygons_of_many_corners_that_cross_themselves_end_soon() {
     let in_line: Vec<_> = (0..n).map(|i| DVec3::new(0.1, 0.3, 0.0) * (i * 7919 % 300_007) as f64).collect();
     for (corners, name) in [(wild, "wild"), (zigzag, "zigzag"), (one_centre, "one centre"), (in_line, "in line")] {
         let seconds = seconds_of(&corners);
-        assert!(seconds < 5.0, "{name}: {seconds} s");
+        assert!(seconds < 10.0, "{name}: {seconds} s");
     }
 }
 
