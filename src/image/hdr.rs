@@ -40,7 +40,7 @@ fn power_of_two(n: i32) -> f64 {
 
 /// Reads flat and run-length coded files.
 pub(super) fn read(bytes: &[u8]) -> Result<Image, String> {
-    crate::image::png::decode(bytes, ::image::ImageFormat::Hdr).map(|decoded| {
+    crate::image::decode(bytes, ::image::ImageFormat::Hdr).map(|decoded| {
         let (width, height) = (decoded.width(), decoded.height());
         let pixels = decoded.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
         Image { width, height, pixels, ..Image::default() }

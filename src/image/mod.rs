@@ -12,7 +12,8 @@ use crate::color::srgb8;
 use crate::error::{Error, Result};
 use crate::files::{atomic, memory, read};
 use crate::film::Film;
-use std::io;
+use ::image::{DynamicImage, ImageDecoder, ImageFormat};
+use std::io::{self, Cursor};
 use std::path::Path;
 
 /// A file format, chosen by the file's extension.
@@ -246,6 +247,26 @@ impl Image {
 fn claim(width: u64, height: u64, bytes: u64) -> std::result::Result<(), String> {
     let wanted = width.saturating_mul(height).saturating_mul(bytes);
     memory::claim(wanted, &format!("an image of {width} x {height} pixels")).map_err(|error| error.to_string())
+}
+
+/// Bytes that a pixel takes at most while it is decoded: as the file has it, as what is made of that, and as three f32.
+const DECODING: u64 = 8 + 6 + 12;
+
+/// Decodes by the `image` crate, if there is memory for it.
+pub fn decode(bytes: &[u8], format: ImageFormat) -> std::result::Result<DynamicImage, String> {
+    let mut reader = ::image::ImageReader::with_format(Cursor::new(bytes), format);
+    // What was claimed is the limit; the crate's own would refuse large maps of machines that have room for them.
+    reader.no_limits();
+    let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
+    let (width, height) = decoder.dimensions();
+    let each = DECODING + u64::from(decoder.color_type().bytes_per_pixel());
+    // Deflate makes 1,032 bytes of one at most, of which a picture of one bit a pixel and a palette makes 24 times as many.
+    let most = (bytes.len() as u64).saturating_mul(1032 * 24);
+    if format == ImageFormat::Png && decoder.total_bytes() > most {
+        return Err(format!("the header promises {width} x {height} pixels, more than {} bytes can hold", bytes.len()));
+    }
+    claim(u64::from(width), u64::from(height), each)?;
+    DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())
 }
 
 /// An encoder's error as an I/O error, which [`atomic::write`] turns into a message.

@@ -3,10 +3,12 @@
 use crate::error::{Error, Result};
 use crate::files::read;
 use crate::image::Image;
-use crate::import::obj::mesh::{ObjMaterial, ObjMesh, load_obj};
+use crate::import::obj::libraries::{Libraries, ObjMaterial};
+use crate::import::obj::mesh::{ObjFile, ObjMesh};
 use crate::import::obj::mtl::{MtlKind, MtlMaterial};
+use crate::import::pictures::Numbers;
 use crate::import::toml::parse;
-use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, SceneFile};
+use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, MeshEntry, SceneFile};
 use crate::nearest::nearest;
 use crate::scene::builtin;
 use crate::scene::camera::CameraPath;
@@ -16,7 +18,11 @@ use crate::scene::desc::{
 use crate::scene::transform::{Similarity, Transform};
 use crate::scene::validate;
 use crate::scene::validate::is_degenerate;
+use crate::scene::warnings::{MOST_LETTERS, condense, shortened};
+use std::collections::{HashMap, HashSet};
+use std::mem::take;
 use std::path::Path;
+use std::rc::Rc;
 
 impl SceneDesc {
     /// Loads a TOML scene file, a bare OBJ, or a scene made in code (`builtin:NAME`).
@@ -38,16 +44,24 @@ impl SceneDesc {
     pub fn from_obj(path: impl AsRef<Path>) -> Result<SceneDesc> {
         let path = path.as_ref();
         let mut scene = Assembly::new(path);
-        scene.add_mesh(path, &Similarity::default(), None)?;
+        let mut file = scene.read_obj(path, None)?;
+        scene.add_mesh(&mut file, &Similarity::default(), true, None)?;
+        drop(file);
         let mut scene = scene.finish(&[])?;
         frame(&mut scene)?;
         if !emits(&scene) {
             scene.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
             scene.warnings.push("nothing emits light: lit by a constant white environment".into());
         }
-        validate::check(&scene)?;
-        Ok(scene)
+        checked(scene)
     }
+}
+
+/// What loading ends with: a scene that keeps the rules, and few warnings.
+fn checked(mut scene: SceneDesc) -> Result<SceneDesc> {
+    validate::check(&scene)?;
+    condense(&mut scene.warnings);
+    Ok(scene)
 }
 
 fn load_toml(path: &Path) -> Result<SceneDesc> {
@@ -58,9 +72,7 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
         return Err(Error::parse(path, None, "no triangles: add a [[mesh]] with obj = \"FILE.obj\""));
     }
     let mut scene = Assembly::new(path);
-    for mesh in &meshes {
-        scene.add_mesh(&path.with_file_name("").join(&mesh.obj), &mesh.transform, Some((path, mesh.line)))?;
-    }
+    scene.add_meshes(&meshes)?;
     let mut scene = scene.finish(&materials)?;
     (scene.film, scene.filter, scene.render) = (film, filter, render);
     let environment = match environment {
@@ -79,8 +91,7 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
     if scene.environment().is_none() && !emits(&scene) {
         scene.warnings.push("nothing emits light: the picture will be black; add emission or an [environment]".into());
     }
-    validate::check(&scene)?;
-    Ok(scene)
+    checked(scene)
 }
 
 /// Loads a camera and its path from a TOML file: what `[camera]` of a scene file holds, its keys as `[[key]]`.
@@ -132,6 +143,12 @@ fn emits(scene: &SceneDesc) -> bool {
     triangles(scene).any(|t| scene.materials[t.material as usize].emission != [0.0; 3])
 }
 
+/// The corners of all triangles; each mesh has one instance, which stands where it does.
+fn corners(scene: &SceneDesc) -> impl Iterator<Item = [[f32; 3]; 3]> {
+    let of_mesh = |mesh: &MeshDesc, t: &TriangleDesc| t.vertices.map(|vertex| mesh.positions[vertex as usize]);
+    scene.meshes.iter().flat_map(move |mesh| mesh.triangles.iter().map(move |triangle| of_mesh(mesh, triangle)))
+}
+
 /// The triangles of all meshes; each mesh has one instance.
 fn triangles(scene: &SceneDesc) -> impl Iterator<Item = &TriangleDesc> {
     scene.meshes.iter().flat_map(|mesh| &mesh.triangles)
@@ -141,82 +158,136 @@ fn triangles(scene: &SceneDesc) -> impl Iterator<Item = &TriangleDesc> {
 pub(super) struct Assembly<'a> {
     pub(super) path: &'a Path,
     pub(super) scene: SceneDesc,
+    /// The materials of the meshes so far, mesh after mesh.
     materials: Vec<ObjMaterial>,
+    /// The vertices of the meshes so far.
+    vertices: usize,
+    libraries: Libraries,
+    pub(super) texture_numbers: Numbers,
+    pub(super) mask_numbers: Numbers,
 }
 
 impl<'a> Assembly<'a> {
     fn new(path: &'a Path) -> Self {
         let scene = SceneDesc { name: path.display().to_string(), film: parse::DEFAULT_FILM, ..SceneDesc::default() };
-        Assembly { path, scene, materials: Vec::new() }
+        Assembly {
+            path,
+            scene,
+            materials: Vec::new(),
+            vertices: 0,
+            libraries: Libraries::default(),
+            texture_numbers: Numbers::default(),
+            mask_numbers: Numbers::default(),
+        }
     }
 
-    /// Adds an OBJ file; `entry` is the file and line that name it.
-    fn add_mesh(&mut self, obj: &Path, transform: &Similarity, entry: Option<(&Path, usize)>) -> Result<()> {
-        let mesh = load_obj(obj, transform, &mut self.scene.warnings)?;
-        let vertices: usize = self.scene.meshes.iter().map(|mesh| mesh.positions.len()).sum();
-        let fault = |message: &str| Error::parse(entry.map_or(obj, |(file, _)| file), entry.map(|e| e.1), message);
-        if u32::try_from(vertices + mesh.positions.len()).is_err() {
-            return Err(fault("more than 2^32 vertices: split the scene"));
+    /// Adds the meshes of a scene file. A file that several of them name is read once.
+    fn add_meshes(&mut self, meshes: &[MeshEntry]) -> Result<()> {
+        let mut still_named: HashMap<&str, usize> = HashMap::new();
+        meshes.iter().for_each(|mesh| *still_named.entry(&mesh.obj).or_default() += 1);
+        let mut files: HashMap<&str, ObjFile> = HashMap::new();
+        for mesh in meshes {
+            let mut file = match files.remove(mesh.obj.as_str()) {
+                Some(file) => file,
+                None => self.read_obj(&self.path.with_file_name("").join(&mesh.obj), Some(mesh.line))?,
+            };
+            let left = still_named.get_mut(mesh.obj.as_str());
+            let last = left.is_none_or(|left| {
+                *left -= 1;
+                *left == 0
+            });
+            self.add_mesh(&mut file, &mesh.transform, last, Some(mesh.line))?;
+            if !last {
+                files.insert(&mesh.obj, file);
+            }
         }
-        if mesh.positions.iter().flatten().any(|x| !x.is_finite()) {
-            return Err(fault("the transform moves vertices out of the range of f32: scale or translate less"));
-        }
-        let ObjMesh { positions, mut triangles, corners, materials } = mesh;
-        let first_material = self.materials.len() as u32;
-        triangles.iter_mut().for_each(|triangle| triangle.material += first_material);
-        self.scene.add_mesh(MeshDesc { positions, triangles, corners }, Transform::Identity);
-        self.materials.extend(materials);
         Ok(())
     }
 
-    /// Applies the TOML's material entries and drops materials that no triangle has.
+    /// Reads an OBJ file; `line` of the scene file names it.
+    fn read_obj(&mut self, obj: &Path, line: Option<usize>) -> Result<ObjFile> {
+        let file = ObjFile::read(obj, &mut self.libraries, &mut self.scene.warnings);
+        file.map_err(|error| match (line, error) {
+            (Some(_), error @ Error::Read { .. }) => Error::parse(self.path, line, format!("[[mesh]]: {error}")),
+            (_, error) => error,
+        })
+    }
+
+    /// Adds the mesh of an OBJ file, for the last time or not; `line` of the scene file places it.
+    fn add_mesh(&mut self, file: &mut ObjFile, transform: &Similarity, last: bool, line: Option<usize>) -> Result<()> {
+        let ObjMesh { positions, mut triangles, corners } = file.place(transform, last)?;
+        self.vertices += positions.len();
+        if u32::try_from(self.vertices).is_err() {
+            return Err(Error::parse(self.path, line, "more than 2^32 vertices: split the scene"));
+        }
+        if positions.iter().flatten().any(|x| !x.is_finite()) {
+            let message = "the transform moves vertices out of the range of f32: scale or translate less";
+            return Err(Error::parse(self.path, line, message));
+        }
+        let first_material = self.materials.len() as u32;
+        triangles.iter_mut().for_each(|triangle| triangle.material += first_material);
+        self.scene.add_mesh(MeshDesc { positions, triangles, corners }, Transform::Identity);
+        self.materials.extend_from_slice(&file.materials);
+        Ok(())
+    }
+
+    /// Makes the materials, the TOML's entries put over them.
     fn finish(mut self, entries: &[MaterialEntry]) -> Result<SceneDesc> {
         if triangles(&self.scene).next().is_none() {
             return Err(Error::parse(self.path, None, "no triangles: the OBJ has no faces of three or more corners"));
         }
-        let used = self.keep_used_materials();
-        let mut notes = Notes::default();
+        let used = take(&mut self.materials);
+        let by_name: HashMap<&str, &MaterialEntry> = entries.iter().map(|entry| (entry.name.as_str(), entry)).collect();
+        let (mut undefined, mut names) = (Vec::new(), Names::default());
+        // Meshes of one file share materials: each is made, and told of, once.
+        let mut made: HashMap<*const MtlMaterial, usize> = HashMap::new();
         for ObjMaterial { material, defined } in &used {
-            let entry = entries.iter().find(|entry| entry.name == material.name);
-            if !defined && entry.is_none() {
-                notes.undefined.push(material.name.clone());
+            let place = self.scene.materials.len();
+            let first = *made.entry(Rc::as_ptr(material)).or_insert(place);
+            if first < place {
+                self.scene.materials.push(self.scene.materials[first].clone());
+                continue;
+            }
+            let entry = by_name.get(material.name.as_str()).copied();
+            if names.add(&material.name) && !defined && entry.is_none() {
+                undefined.push(material.name.as_str());
             }
             let mut resolved = resolve(self.path, material, entry)?;
             self.add_images(&mut resolved, material, entry)?;
             self.scene.materials.push(resolved);
         }
-        self.warn_of_unused(entries);
-        notes.finish(&mut self.scene.warnings);
+        self.warn_of_unused(entries, &names);
+        if !undefined.is_empty() {
+            let warning = format!("no MTL defines {}: grey (albedo 0.5) instead", list(&undefined));
+            self.scene.warnings.push(warning);
+        }
         self.warn_of_degenerate();
         Ok(self.scene)
     }
 
-    /// The materials that triangles have, renumbered.
-    fn keep_used_materials(&mut self) -> Vec<ObjMaterial> {
-        let mut place = vec![None; self.materials.len()];
-        let mut used = Vec::new();
-        for triangle in self.scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.triangles) {
-            let old = triangle.material as usize;
-            triangle.material = *place[old].get_or_insert_with(|| {
-                used.push(self.materials[old].clone());
-                used.len() as u32 - 1
-            });
+    /// One warning for all entries that no mesh uses.
+    fn warn_of_unused(&mut self, entries: &[MaterialEntry], used: &Names) {
+        let mut unused = entries.iter().filter(|entry| !used.set.contains(entry.name.as_str()));
+        let describe = |entry: &MaterialEntry| {
+            let near = nearest(&entry.name, used.list.iter().copied()).unwrap_or_default();
+            [&entry.name, near].map(|name| shortened(name, MOST_OF_A_NAME).into_owned())
+        };
+        let Some(first) = unused.next() else { return };
+        let (file, line, [name, near]) = (self.path.display(), first.line, describe(first));
+        let mut warning = format!("{file}:{line}: no mesh uses the material `{name}`; the nearest in use is `{near}`");
+        for entry in unused.by_ref().take(MOST_NAMES - 1) {
+            let (line, [name, near]) = (entry.line, describe(entry));
+            warning += &format!("; nor `{name}` of line {line} (`{near}`)");
         }
-        used
-    }
-
-    fn warn_of_unused(&mut self, entries: &[MaterialEntry]) {
-        for entry in entries.iter().filter(|entry| self.scene.materials.iter().all(|m| m.name != entry.name)) {
-            let near = nearest(&entry.name, self.scene.materials.iter().map(|m| m.name.as_str())).unwrap_or_default();
-            let (file, line, name) = (self.path.display(), entry.line, &entry.name);
-            let warning = format!("{file}:{line}: no mesh uses the material `{name}`; the nearest in use is `{near}`");
-            self.scene.warnings.push(warning);
+        match unused.count() {
+            0 => {}
+            more => warning += &format!("; nor {more} more"),
         }
+        self.scene.warnings.push(warning);
     }
 
     fn warn_of_degenerate(&mut self) {
-        let geometry = self.scene.geometry();
-        let count = (0..geometry.triangles.len()).filter(|&id| is_degenerate(geometry.vertices(id))).count();
+        let count = corners(&self.scene).filter(|&corners| is_degenerate(corners)).count();
         if count > 0 {
             self.scene
                 .warnings
@@ -225,25 +296,36 @@ impl<'a> Assembly<'a> {
     }
 }
 
-/// What several materials have in common, told once.
+/// Names in order of first occurrence, each once.
 #[derive(Default)]
-struct Notes {
-    undefined: Vec<String>,
+struct Names<'a> {
+    list: Vec<&'a str>,
+    set: HashSet<&'a str>,
 }
 
-impl Notes {
-    fn finish(self, warnings: &mut Vec<String>) {
-        if !self.undefined.is_empty() {
-            warnings.push(format!("no MTL defines {}: grey (albedo 0.5) instead", list(&self.undefined)));
+impl<'a> Names<'a> {
+    /// Adds a name; whether it is new.
+    fn add(&mut self, name: &'a str) -> bool {
+        let new = self.set.insert(name);
+        if new {
+            self.list.push(name);
         }
+        new
     }
 }
 
+/// The most names a warning lists, ..
+const MOST_NAMES: usize = 8;
+
+/// .. and the most bytes of each.
+const MOST_OF_A_NAME: usize = 100;
+
 /// The first few names in quotes.
-fn list(names: &[String]) -> String {
-    let mut text = names.iter().take(8).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    if names.len() > 8 {
-        text += &format!(" and {} more", names.len() - 8);
+fn list(names: &[&str]) -> String {
+    let quoted = |name: &&str| format!("`{}`", shortened(name, MOST_OF_A_NAME));
+    let mut text = names.iter().take(MOST_NAMES).map(quoted).collect::<Vec<_>>().join(", ");
+    if names.len() > MOST_NAMES {
+        text += &format!(" and {} more", names.len() - MOST_NAMES);
     }
     text
 }
@@ -257,7 +339,8 @@ fn resolve(scene: &Path, material: &MtlMaterial, entry: Option<&MaterialEntry>) 
         MtlKind::Conductor => Kind::Conductor,
         MtlKind::Plastic => Kind::Plastic,
     });
-    let name = material.name.clone();
+    // Every mesh has materials of its own, and their names are for messages.
+    let name = shortened(&material.name, MOST_LETTERS).into_owned();
     let fault =
         |line: usize, message: String| Err(Error::parse(scene, Some(line), format!("[material.{name}]: {message}")));
     if let Some(entry) = entry {
@@ -285,9 +368,8 @@ fn resolve(scene: &Path, material: &MtlMaterial, entry: Option<&MaterialEntry>) 
 /// Gives the scene a camera from +z along -z that has the whole box in view, and says so.
 fn frame(scene: &mut SceneDesc) -> Result<()> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let geometry = scene.geometry();
-    for vertex in geometry.triangles.iter().flat_map(|t| t.vertices) {
-        for (axis, x) in geometry.positions[vertex as usize].iter().enumerate() {
+    for corner in corners(scene).flatten() {
+        for (axis, x) in corner.iter().enumerate() {
             low[axis] = low[axis].min(f64::from(*x));
             high[axis] = high[axis].max(f64::from(*x));
         }

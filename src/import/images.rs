@@ -1,10 +1,11 @@
-//! Pictures that materials name: found, read once, put on their materials.
+//! Pictures that materials name, put on their materials.
 
 use crate::error::{Error, Result};
 use crate::import::assembly::Assembly;
 use crate::import::obj::mtl::{GREY, MtlMaterial, TextureRef};
+use crate::import::pictures::{read_mask, read_texture};
 use crate::import::toml::parse::MaterialEntry;
-use crate::scene::desc::{MaskDesc, MaterialDesc, Scattering, TextureDesc, TextureUse};
+use crate::scene::desc::{MaterialDesc, Scattering, TextureUse};
 use std::path::Path;
 
 impl Assembly<'_> {
@@ -81,59 +82,17 @@ impl Assembly<'_> {
 
     /// The number of the picture in `path`, read once.
     fn texture(&mut self, path: &Path) -> std::result::Result<u32, String> {
-        let name = path.display().to_string();
-        let textures = &mut self.scene.textures;
-        if let Some(place) = textures.iter().position(|texture| texture.name == name) {
-            return Ok(place as u32);
-        }
-        textures.push(read_texture(path)?);
-        Ok(textures.len() as u32 - 1)
+        self.texture_numbers.get_or(path, || {
+            self.scene.textures.push(read_texture(path)?);
+            Ok(self.scene.textures.len() as u32 - 1)
+        })
     }
 
     /// The number of the mask in `path`, read once.
     fn mask(&mut self, path: &Path) -> std::result::Result<u32, String> {
-        let name = path.display().to_string();
-        let masks = &mut self.scene.masks;
-        if let Some(place) = masks.iter().position(|mask| mask.name == name) {
-            return Ok(place as u32);
-        }
-        masks.push(read_mask(path)?);
-        Ok(masks.len() as u32 - 1)
+        self.mask_numbers.get_or(path, || {
+            self.scene.masks.push(read_mask(path)?);
+            Ok(self.scene.masks.len() as u32 - 1)
+        })
     }
-}
-
-/// Decodes a PNG or JPEG file; the message says why it cannot.
-fn read_image(path: &Path) -> std::result::Result<::image::DynamicImage, String> {
-    let reader = ::image::ImageReader::open(path).map_err(|e| e.to_string())?;
-    let picture = reader.with_guessed_format().map_err(|e| e.to_string())?.decode().map_err(|e| e.to_string())?;
-    if picture.width() == 0 || picture.height() == 0 {
-        return Err("the picture has no pixels".into());
-    }
-    Ok(picture)
-}
-
-/// Reads a PNG or JPEG file; the message says why it cannot.
-fn read_texture(path: &Path) -> std::result::Result<TextureDesc, String> {
-    // Alpha is no colour; 16-bit files lose their lower half.
-    let picture = read_image(path)?.to_rgb8();
-    let (width, height) = picture.dimensions();
-    Ok(TextureDesc {
-        name: path.display().to_string(),
-        width,
-        height,
-        texels: picture.pixels().map(|pixel| pixel.0).collect(),
-    })
-}
-
-/// Reads a PNG or JPEG file as a mask: its alpha channel if it has one, else its luminance (of a grey picture the grey
-/// itself). The numbers are taken as they are, not as sRGB. The message says why it cannot.
-fn read_mask(path: &Path) -> std::result::Result<MaskDesc, String> {
-    let picture = read_image(path)?;
-    let (width, height) = (picture.width(), picture.height());
-    let texels = if picture.color().has_alpha() {
-        picture.to_rgba8().pixels().map(|pixel| pixel.0[3]).collect()
-    } else {
-        picture.to_luma8().into_raw()
-    };
-    Ok(MaskDesc { name: path.display().to_string(), width, height, texels })
 }

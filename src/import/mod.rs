@@ -5,5 +5,7 @@
 
 pub mod assembly;
 mod images;
+mod jpeg;
 pub mod obj;
+mod pictures;
 pub mod toml;

@@ -11,6 +11,7 @@ pub mod fingerprint;
 pub mod flatten;
 pub mod transform;
 pub mod validate;
+pub(crate) mod warnings;
 
 pub use desc::SceneDesc;
 pub use validate::is_degenerate;

@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::fault::{Fault, planted};
 use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
 use crate::scene::validate;
+use crate::scene::warnings::condense;
 use crate::tables::alpha_masks::AlphaMaskTable;
 use crate::tables::corners::{CornerRecord, corner_table};
 use crate::tables::duplicates::Duplicates;
@@ -110,6 +111,7 @@ impl PreparedScene {
         if planted(Fault::SilentLimits) {
             warnings.clear();
         }
+        condense(&mut warnings);
         Ok(PreparedScene {
             name: desc.name.clone(),
             camera: desc.camera,

@@ -3,10 +3,12 @@
 mod common;
 mod descriptions;
 mod environments;
+mod growth;
 mod instances;
 mod materials;
 mod meshes;
 mod never_panics;
+mod pictures;
 mod placing;
 mod scene_files;
 mod shipped;

@@ -6,132 +6,175 @@
 use crate::error::{Error, Result};
 use crate::files::read;
 use crate::import::obj::corners::Corner;
-use crate::import::obj::mtl;
-use crate::import::obj::mtl::MtlMaterial;
+use crate::import::obj::libraries::{Libraries, ObjMaterial};
 use crate::import::obj::text::{ObjText, find_bad_number, line_of_normal, read_text};
 use crate::import::obj::triangulate::{Cut, newell_normal, triangulate};
 use crate::scene::desc::{CornerDesc, TriangleDesc};
 use crate::scene::transform::Similarity;
 use glam::{DVec3, Vec3};
-use std::borrow::Cow;
-use std::collections::HashMap;
 use std::mem::take;
 use std::path::{Path, PathBuf};
 
-/// What a face without `usemtl` is made of, by name.
-pub const NO_MATERIAL: &str = "default";
+/// An OBJ file, read and cut into triangles: it can stand in many places.
+#[derive(Debug, Default)]
+pub struct ObjFile {
+    path: PathBuf,
+    text: String,
+    shape: Shape,
+    /// The materials the triangles name, in order of first use.
+    pub materials: Vec<ObjMaterial>,
+}
 
-/// An OBJ file, read and placed.
+/// Triangles as a file has them, and what of the file they use.
+#[derive(Debug, Default)]
+struct Shape {
+    /// In order of first use, anew in each run of one material.
+    positions: Vec<[f64; 3]>,
+    /// In order of first use; zero where the file's are not finite.
+    normals: Vec<[f32; 3]>,
+    /// In file order, n - 2 per polygon.
+    triangles: Vec<TriangleDesc>,
+    /// Empty if no corner has anything.
+    corners: Vec<FileCorners>,
+}
+
+/// What the corners of a triangle name.
+#[derive(Clone, Copy, Debug)]
+struct FileCorners {
+    /// Places in [`Shape::normals`], from 1; 0: none.
+    normals: [u32; 3],
+    uvs: [[f32; 2]; 3],
+}
+
+/// An OBJ file, placed.
 #[derive(Debug, Default)]
 pub struct ObjMesh {
     /// Vertices in world space, in order of first use, anew in each run of one material; infinite where the transform leaves
     /// the range of f32.
     pub positions: Vec<[f32; 3]>,
-    /// Triangles in file order, n - 2 per polygon; their materials are places in [`ObjMesh::materials`].
+    /// Triangles in file order, n - 2 per polygon; their materials are places in [`ObjFile::materials`].
     pub triangles: Vec<TriangleDesc>,
     /// What the triangles' corners carry, in world space; empty if none has anything.
     pub corners: Vec<CornerDesc>,
-    /// The materials the triangles name, in order of first use.
-    pub materials: Vec<ObjMaterial>,
 }
 
-/// A material an OBJ names, and whether an MTL defines it.
-#[derive(Clone, Debug)]
-pub struct ObjMaterial {
-    /// What it is: grey where no MTL says.
-    pub material: MtlMaterial,
-    /// An MTL defines it, or it has no name to define.
-    pub defined: bool,
+impl ObjFile {
+    /// Reads the OBJ file `path` and the MTL files beside it. What a reader should know is appended to `warnings`.
+    pub fn read(path: &Path, libraries: &mut Libraries, warnings: &mut Vec<String>) -> Result<ObjFile> {
+        let bytes = read::bytes(path)?;
+        // Text is checked much faster than it is mended: that saves 35 of 400 ms of CPU time for 50 MB.
+        let text = String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
+        let content = without_mark(&text);
+        let mut obj = read_text(path, content)?;
+        let not_numbers = |e| match find_bad_number(content, |x| x.is_finite()) {
+            Some((line, message)) => Error::parse(path, Some(line), message),
+            None => Error::parse(path, None, format!("not an OBJ file: {e}")),
+        };
+        let positions = take(&mut obj.positions).read().map_err(not_numbers)?;
+        let normals = take(&mut obj.normals).read().map_err(not_numbers)?;
+        let normals: Vec<[f32; 3]> = normals.into_iter().map(|n| n.map(|x| x as f32)).collect();
+        let file = path.display();
+        if obj.small_faces > 0 {
+            let (count, line) = (obj.small_faces, obj.first_small_face);
+            warnings.push(format!("{file}:{line}: {count} face(s) with fewer than three corners were left out"));
+        }
+        let has_no_direction = |n: &&[f32; 3]| n.iter().any(|x| !x.is_finite()) || **n == [0.0; 3];
+        if let Some(first) = normals.iter().position(|n| has_no_direction(&n)) {
+            let (count, line) = (normals.iter().filter(has_no_direction).count(), line_of_normal(content, first));
+            warnings.push(format!(
+                "{file}:{line}: {count} vertex normal(s) are zero or not finite: geometric normals instead"
+            ));
+        }
+        let materials = libraries.materials(path, &obj, warnings)?;
+        let mut faces = Faces::new(&obj, &positions, &normals);
+        faces.add_all();
+        let Faces { mut shape, crossing, .. } = faces;
+        if crossing > 0 {
+            warnings.push(format!("{file}: {crossing} polygon(s) cross themselves; they are covered only roughly"));
+        }
+        let materials = keep_used(&mut shape.triangles, &materials);
+        Ok(ObjFile { path: path.to_owned(), shape, materials, text })
+    }
+
+    /// The mesh placed by `transform`; `last`: it will not be placed again, which spares a copy.
+    pub fn place(&mut self, transform: &Similarity, last: bool) -> Result<ObjMesh> {
+        let Shape { positions, normals, triangles, corners } = &mut self.shape;
+        let positions: Vec<[f32; 3]> = positions.iter().map(|&p| transform.place(p)).collect();
+        // What only the transform moves out of range is not this file's fault.
+        let fits = |x: f64| if *transform == Similarity::default() { (x as f32).is_finite() } else { x.is_finite() };
+        if positions.iter().flatten().any(|x| !x.is_finite())
+            && let Some((line, message)) = find_bad_number(without_mark(&self.text), fits)
+        {
+            return Err(Error::parse(&self.path, Some(line), message));
+        }
+        let normals: Vec<[f32; 3]> = normals.iter().map(|&n| transform.apply_to_normal(n)).collect();
+        let normal = |place: u32| normals.get((place as usize).wrapping_sub(1)).copied().unwrap_or_default();
+        let placed = |c: &FileCorners| CornerDesc { normals: c.normals.map(normal), uvs: c.uvs };
+        let corners = corners.iter().map(placed).collect();
+        let mut triangles = if last { take(triangles) } else { triangles.clone() };
+        if transform.mirrors() {
+            triangles.iter_mut().for_each(|triangle| triangle.flipped = !triangle.flipped);
+        }
+        Ok(ObjMesh { positions, triangles, corners })
+    }
 }
 
-/// Reads the OBJ file `path` and the MTL files beside it, and places it by `transform`. What a reader should know is appended
-/// to `warnings`.
-pub fn load_obj(path: &Path, transform: &Similarity, warnings: &mut Vec<String>) -> Result<ObjMesh> {
-    let bytes = read::bytes(path)?;
-    // Text is checked much faster than it is mended: that saves 35 of 400 ms of CPU time for 50 MB.
-    let text = std::str::from_utf8(&bytes).map_or_else(|_| String::from_utf8_lossy(&bytes), Cow::Borrowed);
-    let text = text.trim_start_matches('\u{feff}');
-    let mut obj = read_text(path, text)?;
-    let not_numbers = |e| match find_bad_number(text, |x| x.is_finite()) {
-        Some((line, message)) => Error::parse(path, Some(line), message),
-        None => Error::parse(path, None, format!("not an OBJ file: {e}")),
-    };
-    let positions = take(&mut obj.positions).read().map_err(not_numbers)?;
-    let normals = take(&mut obj.normals).read().map_err(not_numbers)?;
-    let normals: Vec<[f32; 3]> = normals.into_iter().map(|n| n.map(|x| x as f32)).collect();
-    if obj.small_faces > 0 {
-        let (count, line, file) = (obj.small_faces, obj.first_small_face, path.display());
-        warnings.push(format!("{file}:{line}: {count} face(s) with fewer than three corners were left out"));
+/// A text without the mark that some editors begin files with.
+fn without_mark(text: &str) -> &str {
+    text.trim_start_matches('\u{feff}')
+}
+
+/// The materials that triangles have, renumbered in order of first use.
+fn keep_used(triangles: &mut [TriangleDesc], materials: &[ObjMaterial]) -> Vec<ObjMaterial> {
+    let mut place = vec![None; materials.len()];
+    let mut used = Vec::new();
+    for triangle in triangles {
+        let old = triangle.material as usize;
+        triangle.material = *place[old].get_or_insert_with(|| {
+            used.push(materials[old].clone());
+            used.len() as u32 - 1
+        });
     }
-    let has_no_direction = |n: &&[f32; 3]| n.iter().any(|x| !x.is_finite()) || **n == [0.0; 3];
-    if let Some(first) = normals.iter().position(|n| has_no_direction(&n)) {
-        let (count, line) = (normals.iter().filter(has_no_direction).count(), line_of_normal(text, first));
-        let file = path.display();
-        warnings
-            .push(format!("{file}:{line}: {count} vertex normal(s) are zero or not finite: geometric normals instead"));
-    }
-    let materials = load_materials(path, &obj, warnings)?;
-    let mut faces = Faces::new(&obj, &positions, &normals, transform);
-    faces.add_all();
-    let Faces { mut mesh, crossing, .. } = faces;
-    mesh.materials = materials;
-    if crossing > 0 {
-        let file = path.display();
-        warnings.push(format!("{file}: {crossing} polygon(s) cross themselves; they are covered only roughly"));
-    }
-    // What only the transform moves out of range is not this file's fault.
-    let fits = |x: f64| if *transform == Similarity::default() { (x as f32).is_finite() } else { x.is_finite() };
-    if mesh.positions.iter().flatten().any(|x| !x.is_finite())
-        && let Some((line, message)) = find_bad_number(text, fits)
-    {
-        return Err(Error::parse(path, Some(line), message));
-    }
-    Ok(mesh)
+    used
 }
 
 /// Faces becoming triangles.
 struct Faces<'a> {
     obj: &'a ObjText,
     positions: &'a [[f64; 3]],
-    transform: &'a Similarity,
     /// The normals as the file has them.
     normals: &'a [[f32; 3]],
-    /// In world space; zero where the file's are not finite.
-    world_normals: Vec<[f32; 3]>,
-    mesh: ObjMesh,
-    /// By vertex of the file, one more than its place in the mesh; of the run at hand if it is above `run_start`.
+    shape: Shape,
+    /// By vertex of the file, one more than its place in the shape; of the run at hand if it is above `run_start`.
     places: Vec<u32>,
     run_start: u32,
+    /// By normal of the file, one more than its place in the shape, or 0.
+    normal_places: Vec<u32>,
     /// Polygons that cross themselves.
     crossing: usize,
-    /// The face at hand: its corners, their places in the mesh, its triangles.
+    /// The face at hand: its corners, their places in the shape, its triangles.
     polygon: Vec<DVec3>,
     vertices: Vec<u32>,
     cut: Vec<[u32; 3]>,
 }
 
 impl<'a> Faces<'a> {
-    fn new(obj: &'a ObjText, positions: &'a [[f64; 3]], normals: &'a [[f32; 3]], transform: &'a Similarity) -> Self {
-        let world = |n: &[f32; 3]| match n.iter().all(|x| x.is_finite()) {
-            true => transform.apply_to_normal(*n),
-            false => [0.0; 3],
-        };
+    fn new(obj: &'a ObjText, positions: &'a [[f64; 3]], normals: &'a [[f32; 3]]) -> Self {
         let triangles = obj.corners.len() - 2 * obj.sizes.len();
         let carrying = if obj.coordinates.is_empty() && normals.is_empty() { 0 } else { triangles };
-        let mesh = ObjMesh {
+        let shape = Shape {
             triangles: Vec::with_capacity(triangles),
             corners: Vec::with_capacity(carrying),
-            ..ObjMesh::default()
+            ..Shape::default()
         };
         Faces {
             obj,
             positions,
-            transform,
             normals,
-            world_normals: normals.iter().map(world).collect(),
-            mesh,
+            shape,
             places: vec![0; positions.len()],
             run_start: 0,
+            normal_places: vec![0; normals.len()],
             crossing: 0,
             polygon: Vec::new(),
             vertices: Vec::new(),
@@ -145,7 +188,7 @@ impl<'a> Faces<'a> {
         let (mut corners, mut sizes) = (&obj.corners[..], &obj.sizes[..]);
         let mut carries = false;
         for run in &obj.runs {
-            self.run_start = self.mesh.positions.len() as u32;
+            self.run_start = self.shape.positions.len() as u32;
             // Faces before the first `usemtl` have the nameless material, which stands last.
             let material = run.material.unwrap_or(obj.materials.len() as u32);
             let (of_run, later) = sizes.split_at(run.faces);
@@ -158,14 +201,19 @@ impl<'a> Faces<'a> {
             sizes = later;
         }
         if !carries {
-            self.mesh.corners = Vec::new();
+            (self.shape.corners, self.shape.normals) = (Vec::new(), Vec::new());
         }
+    }
+
+    /// The normal of the file that a corner names; zero if it names none or one that is not finite.
+    fn normal(&self, vn: u32) -> [f32; 3] {
+        let normal = self.normals.get((vn as usize).wrapping_sub(1)).filter(|n| n.iter().all(|x| x.is_finite()));
+        normal.copied().unwrap_or_default()
     }
 
     /// Whether a corner has a normal or texture coordinates to speak of.
     fn carries(&self, &[_, vt, vn]: &Corner) -> bool {
-        let normal = self.normals.get((vn as usize).wrapping_sub(1)).filter(|n| n.iter().all(|x| x.is_finite()));
-        normal.is_some_and(|n| *n != [0.0; 3]) || self.obj.uv(vt) != [0.0; 2]
+        self.normal(vn) != [0.0; 3] || self.obj.uv(vt) != [0.0; 2]
     }
 
     fn add_face(&mut self, corners: &[Corner], material: u32) {
@@ -176,22 +224,21 @@ impl<'a> Faces<'a> {
             let vertex = self.place(corner[0] as usize - 1);
             self.vertices.push(vertex);
         }
-        let flipped = self.opposes_winding(corners) != self.transform.mirrors();
+        let flipped = self.opposes_winding(corners);
         self.cut.clear();
         if triangulate(&self.polygon, &mut self.cut) == Cut::Crossing {
             self.crossing += 1;
         }
         let vertices = &self.vertices;
         let triangle = |cut: &[u32; 3]| TriangleDesc { vertices: cut.map(|i| vertices[i as usize]), material, flipped };
-        self.mesh.triangles.extend(self.cut.iter().map(triangle));
+        self.shape.triangles.extend(self.cut.iter().map(triangle));
         if self.has_corners() {
-            let obj = self.obj;
-            let normal = |vn: u32| self.world_normals.get((vn as usize).wrapping_sub(1)).copied().unwrap_or_default();
-            let corner = |cut: &[u32; 3]| CornerDesc {
-                normals: cut.map(|i| normal(corners[i as usize][2])),
-                uvs: cut.map(|i| obj.uv(corners[i as usize][1])),
-            };
-            self.mesh.corners.extend(self.cut.iter().map(corner));
+            for place in 0..self.cut.len() {
+                let named = self.cut[place].map(|i| corners[i as usize]);
+                let normals = named.map(|[_, _, vn]| self.place_normal(vn));
+                let uvs = named.map(|[_, vt, _]| self.obj.uv(vt));
+                self.shape.corners.push(FileCorners { normals, uvs });
+            }
         }
     }
 
@@ -199,13 +246,25 @@ impl<'a> Faces<'a> {
         !self.obj.coordinates.is_empty() || !self.normals.is_empty()
     }
 
-    /// The place of a vertex in the mesh, where it is put if the run at hand has not had it.
+    /// The place of a vertex in the shape, where it is put if the run at hand has not had it.
     fn place(&mut self, vertex: usize) -> u32 {
         if self.places[vertex] <= self.run_start {
-            self.mesh.positions.push(self.transform.place(self.positions[vertex]));
-            self.places[vertex] = self.mesh.positions.len() as u32;
+            self.shape.positions.push(self.positions[vertex]);
+            self.places[vertex] = self.shape.positions.len() as u32;
         }
         self.places[vertex] - 1
+    }
+
+    /// One more than the place of a normal in the shape, where it is put if it is new; 0: there is none.
+    fn place_normal(&mut self, vn: u32) -> u32 {
+        let Some(&known) = self.normal_places.get((vn as usize).wrapping_sub(1)) else { return 0 };
+        if known > 0 {
+            return known;
+        }
+        self.shape.normals.push(self.normal(vn));
+        let place = self.shape.normals.len() as u32;
+        self.normal_places[vn as usize - 1] = place;
+        place
     }
 
     /// Where normals oppose the winding, normals decide which side is the front.
@@ -217,70 +276,10 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// The materials of `text.materials`, then the nameless one.
-fn load_materials(obj: &Path, text: &ObjText, warnings: &mut Vec<String>) -> Result<Vec<ObjMaterial>> {
-    let mut known: HashMap<String, MtlMaterial> = HashMap::new();
-    for library in &text.libraries {
-        for (path, bytes) in find_library(obj, library, warnings) {
-            let materials = mtl::parse_mtl(&path, &bytes, warnings)?;
-            known.extend(materials.into_iter().map(|material| (material.name.clone(), material)));
-        }
-    }
-    let mut materials: Vec<ObjMaterial> = text
-        .materials
-        .iter()
-        .map(|name| match (known.get(name), name.is_empty()) {
-            (Some(material), _) => ObjMaterial { material: material.clone(), defined: true },
-            (None, nameless) => {
-                let name = if nameless { NO_MATERIAL } else { name };
-                ObjMaterial { material: MtlMaterial::grey(name), defined: nameless }
-            }
-        })
-        .collect();
-    materials.push(ObjMaterial { material: MtlMaterial::grey(NO_MATERIAL), defined: true });
-    Ok(materials)
-}
-
-/// The files that stand behind one `mtllib`: the whole rest of the line as one name, or else each of its words; a blank
-/// behind a backslash belongs to its word.
-fn find_library(obj: &Path, names: &str, warnings: &mut Vec<String>) -> Vec<(PathBuf, Vec<u8>)> {
-    let find = |name: &str| {
-        // Exporters on Windows write backslashes.
-        let candidates = [name.to_owned(), name.replace('\\', "/")];
-        let paths = candidates.map(|name| obj.with_file_name("").join(name));
-        paths.into_iter().find_map(|path| read::bytes(&path).ok().map(|bytes| (path, bytes)))
-    };
-    if let Some(file) = find(names) {
-        return vec![file];
-    }
-    let mut files = Vec::new();
-    for name in split_names(names) {
-        match find(&name) {
-            Some(file) => files.push(file),
-            None => warnings.push(format!("{}: cannot read its material file `{name}`: grey instead", obj.display())),
-        }
-    }
-    files
-}
-
-fn split_names(names: &str) -> Vec<String> {
-    let mut split = vec![String::new()];
-    let mut letters = names.chars().peekable();
-    while let Some(letter) = letters.next() {
-        let last = split.len() - 1;
-        match letter {
-            '\\' if letters.peek() == Some(&' ') => split[last].extend(letters.next()),
-            _ if letter.is_whitespace() => split.push(String::new()),
-            _ => split[last].push(letter),
-        }
-    }
-    split.retain(|name| !name.is_empty());
-    split
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::HashMap;
     use std::fmt::Write;
 
     /// A thousand faces in every form that indices come in, against arrays that the loop which writes them keeps.
@@ -340,7 +339,7 @@ mod tests {
                 .collect();
             let (has_uv, has_normal) = (!matches!(form, 0 | 2), !matches!(form, 0 | 1));
             for cut in [[0, 1, 2], [0, 2, 3]].iter().take(corners - 2) {
-                let material = [0, 1, 0, 2][face / 100 % 4] + 1;
+                let material = [0, 1, 0, 2][face / 100 % 4];
                 let flipped = has_normal && face % 3 == 0;
                 expected.triangles.push(TriangleDesc { vertices: cut.map(|i: usize| places[i]), material, flipped });
                 expected.corners.push(CornerDesc {
@@ -353,14 +352,43 @@ mod tests {
         let path = folder.path().join("mesh.obj");
         std::fs::write(&path, text).unwrap();
         let mut warnings = Vec::new();
-        let mesh = load_obj(&path, &Similarity::default(), &mut warnings).unwrap();
+        let mut file = ObjFile::read(&path, &mut Libraries::default(), &mut warnings).unwrap();
+        let mesh = file.place(&Similarity::default(), false).unwrap();
         let unit = |n: [f32; 3]| Similarity::default().apply_to_normal(n);
         expected.corners.iter_mut().for_each(|corner| corner.normals = corner.normals.map(unit));
         assert_eq!(mesh.positions, expected.positions);
         assert_eq!(mesh.triangles, expected.triangles);
         assert_eq!(mesh.corners, expected.corners);
-        let names: Vec<&str> = mesh.materials.iter().map(|m| m.material.name.as_str()).collect();
-        assert_eq!(names, ["unused", "a", "b", "c", NO_MATERIAL]);
+        let names: Vec<&str> = file.materials.iter().map(|m| m.material.name.as_str()).collect();
+        assert_eq!(names, ["a", "b", "c"], "only what triangles have");
         assert_eq!(warnings.len(), 1, "{warnings:?}");
+    }
+
+    /// A file that is placed again and again is placed each time as if it were read anew.
+    #[test]
+    fn a_file_can_stand_in_many_places() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.obj");
+        let text = "v 0.1 0 0\nv 1 0.2 0\nv 0 1 0.3\nv 1 1 1\nvt 0.5 1\nvn 0 0 -2\nvn 0.3 0 0.7\nvn nan 0 0\nusemtl a\n\
+                    f 1/1/2 2/1/2 3//3\nusemtl b\nf 1//1 2//1 4\n";
+        std::fs::write(&path, text).unwrap();
+        let read = || ObjFile::read(&path, &mut Libraries::default(), &mut Vec::new()).unwrap();
+        let mut file = read();
+        let moved = Similarity { scale: 0.7, translate: [3.3, 0.1, 5e6], ..Similarity::default() };
+        let mirrored = Similarity { scale: -3.0, ..Similarity::default() };
+        for (transform, last) in [(moved, false), (mirrored, false), (Similarity::default(), false), (moved, true)] {
+            let (again, anew) = (file.place(&transform, last).unwrap(), read().place(&transform, true).unwrap());
+            assert_eq!((&again.positions, &again.corners), (&anew.positions, &anew.corners));
+            assert_eq!(again.triangles, anew.triangles);
+            assert_eq!(
+                again.triangles.iter().map(|t| t.flipped).collect::<Vec<_>>(),
+                match transform.mirrors() {
+                    true => [true, false],
+                    false => [false, true],
+                }
+            );
+            assert_eq!(again.positions[1], transform.place([1.0, 0.2, 0.0]));
+            assert_eq!(again.corners[0].normals[0], transform.apply_to_normal([0.3, 0.0, 0.7]));
+        }
     }
 }

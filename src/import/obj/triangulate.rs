@@ -5,6 +5,8 @@
 //! always has an ear). A polygon that crosses itself or has no area has no right answer; it gets a fan, and the caller
 //! is told.
 
+use crate::import::obj::index_set::IndexSet;
+use crate::import::obj::point_tree::{PointTree, turn};
 use glam::{DVec2, DVec3};
 
 /// How a polygon was cut.
@@ -16,9 +18,11 @@ pub enum Cut {
     Crossing,
 }
 
-/// Point tests one polygon may cost before it is given up as crossing itself: real polygons need a few thousand, and a
-/// hostile one of 100,000 corners must not take minutes.
-const TEST_BUDGET: usize = 50_000_000;
+/// What the searches of a polygon of `corners` may cost, in boxes looked at, before it is given up as crossing itself: 0.2 to
+/// 0.5 s. Of polygons of 100,000 corners a comb or a star needs a tenth of it; a spiral of 160 turns, all of it.
+fn search_budget(corners: usize) -> usize {
+    10_000_000 + 160 * corners.min(100_000)
+}
 
 /// The polygon's normal, twice its area long; zero if it has none.
 pub fn newell_normal(corners: &[DVec3]) -> DVec3 {
@@ -66,57 +70,126 @@ fn project(corners: &[DVec3], normal: DVec3) -> Vec<DVec2> {
     corners.iter().map(flat).collect()
 }
 
-/// Twice the signed area of a triangle.
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    (b - a).perp_dot(c - a)
-}
-
 /// Cuts ears off a counter-clockwise polygon until a triangle is left.
+///
+/// The ring is gone through corner by corner. A corner that is no ear stays none until a neighbour or the vertex that lies in
+/// its triangle is cut off, and is passed by until then: that leaves about three tests a corner.
 fn clip_ears(points: &[DVec2], triangles: &mut Vec<[u32; 3]>) -> Cut {
-    let mut ring: Vec<u32> = (0..points.len() as u32).collect();
-    let mut budget = TEST_BUDGET;
-    // Corners in line with their neighbours go last: cut early, they would leave a T-junction on a long edge.
-    let mut cut_flat = false;
-    let (mut at, mut since_last_ear) = (0, 0);
-    while ring.len() > 3 {
-        let n = ring.len();
-        if since_last_ear == n && !cut_flat {
-            (cut_flat, since_last_ear) = (true, 0);
-        }
-        if since_last_ear == n || budget == 0 {
-            fan(&ring, triangles);
+    let mut ring = Ring::new(points);
+    let mut budget = search_budget(points.len());
+    let mut at = 0;
+    while ring.len > 3 {
+        // Corners in line with their neighbours go last: cut early, they would leave a T-junction on a long edge.
+        let Some(ear) = ring.next_ear(at, &mut budget).or_else(|| ring.flat.next(at)).filter(|_| budget > 0) else {
+            fan(&ring.left(), triangles);
             return Cut::Crossing;
-        }
-        budget = budget.saturating_sub(1);
-        let (before, here, after) = ((at + n - 1) % n, at % n, (at + 1) % n);
-        if is_ear(points, &ring, [before, here, after], cut_flat, &mut budget) {
-            triangles.push([ring[before], ring[here], ring[after]]);
-            ring.remove(here);
-            (cut_flat, since_last_ear) = (false, 0);
-            // Go on behind the next corner: ears all around one corner would be needles.
-            at = if here + 1 == n { 1 } else { here + 1 };
-        } else {
-            since_last_ear += 1;
-            at = after;
-        }
+        };
+        let [before, after] = [ring.before[ear], ring.after[ear]];
+        triangles.push([before, ear as u32, after]);
+        ring.cut(ear);
+        // Go on behind the next corner: ears all around one corner would be needles.
+        at = ring.after[after as usize] as usize;
     }
-    fan(&ring, triangles);
+    fan(&ring.left(), triangles);
     Cut::Tiled
 }
 
-/// Whether the corner at the middle of `corner` (places in `ring`) can be cut off: it turns outwards and no other
-/// vertex lies in its triangle. Vertices at the place of a corner do not count: polygons with a bridge to a hole visit
-/// such places twice.
-fn is_ear(points: &[DVec2], ring: &[u32], corner: [usize; 3], cut_flat: bool, budget: &mut usize) -> bool {
-    let [a, b, c] = corner.map(|place| points[ring[place] as usize]);
-    let area = turn(a, b, c);
-    if area <= 0.0 {
-        return area == 0.0 && cut_flat;
+/// No vertex.
+const NONE: u32 = u32::MAX;
+
+/// The corners that are left, and what is known of them.
+struct Ring<'a> {
+    points: &'a [DVec2],
+    tree: PointTree<'a>,
+    len: usize,
+    before: Vec<u32>,
+    after: Vec<u32>,
+    /// Corners that may be ears.
+    open: IndexSet,
+    /// Corners in line with their neighbours.
+    flat: IndexSet,
+    /// By corner, a vertex in its triangle, as far as one was found.
+    blocker: Vec<u32>,
+    /// By vertex, the first of its entries in `blocked`: all corners that it has ever blocked.
+    first_blocked: Vec<u32>,
+    /// A corner, and the next entry of the same vertex.
+    blocked: Vec<[u32; 2]>,
+}
+
+impl<'a> Ring<'a> {
+    fn new(points: &'a [DVec2]) -> Ring<'a> {
+        let n = points.len() as u32;
+        let mut ring = Ring {
+            points,
+            tree: PointTree::new(points),
+            len: points.len(),
+            before: (0..n).map(|i| (i + n - 1) % n).collect(),
+            after: (0..n).map(|i| (i + 1) % n).collect(),
+            open: IndexSet::new(points.len()),
+            flat: IndexSet::new(points.len()),
+            blocker: vec![NONE; points.len()],
+            first_blocked: vec![NONE; points.len()],
+            blocked: Vec::new(),
+        };
+        (0..points.len()).for_each(|corner| ring.judge(corner));
+        ring
     }
-    *budget = budget.saturating_sub(ring.len());
-    ring.iter().enumerate().all(|(place, &vertex)| {
-        let p = points[vertex as usize];
-        let outside = || turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
-        corner.contains(&place) || p == a || p == b || p == c || outside()
-    })
+
+    /// What a corner can be, by how it turns alone.
+    fn judge(&mut self, corner: usize) {
+        let [a, b, c] = [self.before[corner] as usize, corner, self.after[corner] as usize].map(|i| self.points[i]);
+        let area = turn(a, b, c);
+        self.blocker[corner] = NONE;
+        self.open.remove(corner);
+        self.flat.remove(corner);
+        if area == 0.0 {
+            self.flat.insert(corner);
+        } else if area > 0.0 || area.is_nan() {
+            self.open.insert(corner);
+        }
+    }
+
+    /// The next corner from `at` on that can be cut off: it turns outwards and no other vertex lies in its triangle.
+    /// Vertices at the place of a corner do not count: polygons with a bridge to a hole visit such places twice.
+    fn next_ear(&mut self, at: usize, budget: &mut usize) -> Option<usize> {
+        while let Some(corner) = self.open.next(at) {
+            let triangle = [self.before[corner], corner as u32, self.after[corner]];
+            match self.tree.any_in(triangle, budget) {
+                None => return Some(corner),
+                Some(vertex) => {
+                    self.open.remove(corner);
+                    self.blocker[corner] = vertex;
+                    self.blocked.push([corner as u32, self.first_blocked[vertex as usize]]);
+                    self.first_blocked[vertex as usize] = self.blocked.len() as u32 - 1;
+                }
+            }
+        }
+        None
+    }
+
+    /// Cuts a corner off; what it has kept from being known is open again.
+    fn cut(&mut self, corner: usize) {
+        let [before, after] = [self.before[corner], self.after[corner]];
+        (self.after[before as usize], self.before[after as usize]) = (after, before);
+        self.len -= 1;
+        self.tree.remove(corner as u32);
+        self.open.remove(corner);
+        self.flat.remove(corner);
+        self.blocker[corner] = NONE;
+        let mut entry = self.first_blocked[corner];
+        while let Some(&[blocked, next]) = self.blocked.get(entry as usize) {
+            if self.blocker[blocked as usize] == corner as u32 {
+                self.blocker[blocked as usize] = NONE;
+                self.open.insert(blocked as usize);
+            }
+            entry = next;
+        }
+        self.judge(before as usize);
+        self.judge(after as usize);
+    }
+
+    /// The corners that are left, the first of the polygon first.
+    fn left(&self) -> Vec<u32> {
+        (0..self.points.len() as u32).filter(|&vertex| !self.tree.is_removed(vertex)).collect()
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::import::obj::mtl::MtlMaterial;
-use crate::import::toml::reader::{Document, Table};
+use crate::import::toml::reader::{Document, Lines, Table};
 use crate::scene::camera::{CameraKey, CameraPath};
 use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
 use crate::scene::transform;
@@ -157,7 +157,8 @@ impl MaterialEntry {
 
 /// Reads the text of the scene file `path`.
 pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
-    let document = Document { path, text };
+    let lines = Lines::of(text);
+    let document = Document { path, lines: &lines };
     let root = DeTable::parse(text).map_err(|e| document.syntax_error(&e))?;
     let root = Table { document, name: "the scene".into(), span: 0..0, entries: root.get_ref() };
     root.check_keys(&["camera", "film", "render", "mesh", "material", "environment"], &[])?;
@@ -180,7 +181,8 @@ pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
 
 /// Reads the text of a camera path: what stands in `[camera]` of a scene file, its keys as `[[key]]`.
 pub fn parse_camera_path(path: &Path, text: &str) -> Result<(CameraDesc, CameraPath)> {
-    let document = Document { path, text };
+    let lines = Lines::of(text);
+    let document = Document { path, lines: &lines };
     let root = DeTable::parse(text).map_err(|e| document.syntax_error(&e))?;
     let root = Table { document, name: "the camera path".into(), span: 0..0, entries: root.get_ref() };
     let (camera, path) = parse_camera(&root)?;

@@ -8,13 +8,28 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A TOML text and the file it came from.
+/// Where the lines of a text end: which line a byte is in is asked for every table, and must not cost a look at all of it.
+pub struct Lines(Vec<usize>);
+
+impl Lines {
+    /// The lines of `text`.
+    pub fn of(text: &str) -> Lines {
+        Lines(text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(place, _)| place).collect())
+    }
+
+    /// The line, from 1, of the byte at `place`; behind the text, the last.
+    fn at(&self, place: usize) -> usize {
+        1 + self.0.partition_point(|&end| end < place)
+    }
+}
+
+/// A TOML file and the lines of its text.
 #[derive(Clone, Copy)]
 pub struct Document<'a> {
     /// The file, as it was named.
     pub path: &'a Path,
-    /// Its text.
-    pub text: &'a str,
+    /// Its lines.
+    pub lines: &'a Lines,
 }
 
 impl<'a> Document<'a> {
@@ -25,8 +40,7 @@ impl<'a> Document<'a> {
 
     /// The line, from 1, where `span` begins.
     pub fn line(&self, span: Range<usize>) -> usize {
-        let before = self.text.as_bytes().get(..span.start).unwrap_or(self.text.as_bytes());
-        1 + before.iter().filter(|&&b| b == b'\n').count()
+        self.lines.at(span.start)
     }
 
     /// What TOML itself cannot read, in one line.

@@ -208,7 +208,10 @@ fn what_is_not_toml_or_not_there_is_refused() {
     fails("[[mesh]]", &["scene.toml:1:", "`obj` is missing"]);
     fails("[[mesh]]\nobj = ''", &["scene.toml:2:", "`obj` is empty"]);
     let folder = Folder::new(&[("gone.toml", "[[mesh]]\nobj = 'gone.obj'"), ("picture.png", "")]);
-    assert!(folder.load("gone.toml").unwrap_err().starts_with("gone.obj: cannot read it"));
+    assert!(folder.load("gone.toml").unwrap_err().starts_with("gone.toml:1: [[mesh]]: gone.obj: cannot read it: "));
+    folder.write("later.toml", b"[[mesh]]\nobj = 'mesh.obj'\n\n[[mesh]]\nobj = 'gone.obj'\n");
+    folder.write("mesh.obj", TRIANGLE.as_bytes());
+    assert!(folder.load("later.toml").unwrap_err().starts_with("later.toml:4: [[mesh]]: gone.obj: cannot read it: "));
     assert!(folder.load("none.toml").unwrap_err().starts_with("none.toml: cannot read it"));
     assert!(folder.load("picture.png").unwrap_err().contains("octray reads .toml and .obj"));
     folder.write("latin1.toml", b"# one\n# caf\xe9\n");

@@ -1,7 +1,7 @@
 //! Polygons: always n - 2 triangles that cover the polygon once, whatever its shape.
 
 use super::common::load_obj;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use octray::internal::import::obj::triangulate::{Cut, newell_normal, triangulate};
 use proptest::prelude::*;
 
@@ -107,6 +107,134 @@ fn ids_count_triangles_in_file_order() {
     assert_eq!(scene.materials.len(), 2);
 }
 
+/// The plain way to cut ears, as it was before there was a tree to ask: every corner in turn, every vertex against it.
+fn cut_plainly(points: &[DVec2]) -> (Vec<[u32; 3]>, Cut) {
+    let turn = |a: DVec2, b: DVec2, c: DVec2| (b - a).perp_dot(c - a);
+    let mut triangles = Vec::new();
+    let mut ring: Vec<u32> = (0..points.len() as u32).collect();
+    let fan = |ring: &[u32], triangles: &mut Vec<[u32; 3]>| {
+        triangles.extend(ring.windows(2).skip(1).map(|e| [ring[0], e[0], e[1]]));
+    };
+    let mut cut_flat = false;
+    let (mut at, mut since_last_ear) = (0, 0);
+    while ring.len() > 3 {
+        let n = ring.len();
+        if since_last_ear == n && !cut_flat {
+            (cut_flat, since_last_ear) = (true, 0);
+        }
+        if since_last_ear == n {
+            fan(&ring, &mut triangles);
+            return (triangles, Cut::Crossing);
+        }
+        let corner = [(at + n - 1) % n, at % n, (at + 1) % n];
+        let [a, b, c] = corner.map(|place| points[ring[place] as usize]);
+        let area = turn(a, b, c);
+        let empty = || {
+            ring.iter().enumerate().all(|(place, &vertex)| {
+                let p = points[vertex as usize];
+                let outside = || turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
+                corner.contains(&place) || p == a || p == b || p == c || outside()
+            })
+        };
+        let is_ear = if area <= 0.0 { area == 0.0 && cut_flat } else { empty() };
+        if is_ear {
+            triangles.push(corner.map(|place| ring[place]));
+            ring.remove(corner[1]);
+            (cut_flat, since_last_ear) = (false, 0);
+            at = if corner[1] + 1 == n { 1 } else { corner[1] + 1 };
+        } else {
+            since_last_ear += 1;
+            at = corner[2];
+        }
+    }
+    fan(&ring, &mut triangles);
+    (triangles, Cut::Tiled)
+}
+
+/// Points of a whole polygon, whether it crosses itself or not, and its mirror image: both are cut as [`cut_plainly`] cuts
+/// the one of them that runs counter-clockwise, unless they get a fan.
+fn assert_cut_plainly(points: &[DVec2]) {
+    let corners: Vec<DVec3> = points.iter().map(|p| p.extend(0.0)).collect();
+    let (origin, normal) = (points[0], newell_normal(&corners));
+    let flat = |p: &DVec2| match *p - origin {
+        q if normal.z < 0.0 => DVec2::new(q.y, q.x),
+        q => q,
+    };
+    let seen_whole = |i: usize| (corners[i] - corners[0]).cross(corners[i + 1] - corners[0]).dot(normal) >= 0.0;
+    if points.len() > 3 && !(1..points.len() - 1).all(seen_whole) {
+        let projected: Vec<DVec2> = points.iter().map(flat).collect();
+        assert_eq!(cut(&corners), cut_plainly(&projected), "{points:?}");
+    }
+}
+
+#[test]
+fn the_tree_changes_no_triangle_of_larger_polygons() {
+    let star = |i: u32| DVec2::from_angle(f64::from(i) / 1000.0 * std::f64::consts::TAU) * [0.45, 0.9][i as usize % 2];
+    let wild = |i: u32| DVec2::new(f64::from(i * 7919 % 1009), f64::from(i * i % 1013));
+    let comb = |i: u32| match i {
+        0 => DVec2::new(0.0, -1.0),
+        1 => DVec2::new(999.0, -1.0),
+        _ => DVec2::new(f64::from(1000 - i), f64::from(i % 2 * 5)),
+    };
+    // Along a tilted line, where only rounding says which corners turn.
+    let nearly_in_line = |i: u32| DVec2::new(0.1, 0.3) * f64::from(i.min(1000 - i)) + DVec2::X * f64::from(i / 999);
+    for shape in [&star as &dyn Fn(u32) -> DVec2, &wild, &comb, &nearly_in_line] {
+        let points: Vec<DVec2> = (0..1000).map(shape).collect();
+        assert_cut_plainly(&points);
+        assert_cut_plainly(&points.into_iter().rev().collect::<Vec<_>>());
+    }
+}
+
+/// Seconds that cutting `corners` takes, whatever becomes of them.
+fn seconds_of(corners: &[DVec3]) -> f64 {
+    let start = std::time::Instant::now();
+    assert_eq!(cut(corners).0.len(), corners.len() - 2);
+    start.elapsed().as_secs_f64()
+}
+
+#[test]
+fn a_hundred_thousand_corners_are_tiled_soon() {
+    let n = 100_000;
+    let radius = |i: u32| [0.45, 0.9][i as usize % 2];
+    let star: Vec<_> = (0..n)
+        .map(|i| (DVec2::from_angle(f64::from(i) / f64::from(n) * std::f64::consts::TAU) * radius(i)).extend(0.0))
+        .collect();
+    let teeth = (0..n).rev().map(|i| (f64::from(i), if i % 2 == 0 { 0.1 } else { 5.0 }));
+    let comb: Vec<_> = [(0.0, 0.0), (f64::from(n - 1), -1.0)].into_iter().chain(teeth).collect();
+    let arm = |r: f64| (0..n / 2).map(move |i| f64::from(i) * 0.01).map(move |t| DVec2::from_angle(t) * (1.0 + t + r));
+    let spiral: Vec<_> =
+        arm(0.5).chain(arm(0.0).collect::<Vec<_>>().into_iter().rev()).map(|p| p.extend(0.0)).collect();
+    for corners in [star, flat(&comb), spiral] {
+        let start = std::time::Instant::now();
+        let (triangles, kind) = cut(&corners);
+        assert_eq!((triangles.len(), kind), (corners.len() - 2, Cut::Tiled));
+        assert!(start.elapsed().as_secs_f64() < 10.0);
+        let direction = newell_normal(&corners).normalize();
+        let areas = triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|i| corners[i as usize]);
+            (b - a).cross(c - a).dot(direction)
+        });
+        let (sum, least) = areas.fold((0.0, 0.0f64), |(sum, least), area| (sum + area, least.min(area)));
+        let whole = newell_normal(&corners).length();
+        assert!((sum - whole).abs() < 1e-9 * whole && least > -1e-9 * whole, "{sum} of {whole}, {least}");
+    }
+}
+
+#[test]
+fn polygons_of_many_corners_that_cross_themselves_end_soon() {
+    let n = 300_000u64;
+    let point = |x: u64, y: u64| DVec3::new(x as f64, y as f64, 0.0);
+    let wild: Vec<_> = (0..n).map(|i| point(i * 7919 % 300_007, i * 104_729 % 300_017)).collect();
+    let zigzag: Vec<_> = (0..n).map(|i| point(i % 2 * (i % 997), i)).collect();
+    let one_centre: Vec<_> =
+        (0..n).map(|i| if i % 2 == 0 { DVec3::ZERO } else { point(i * i % 1009, i % 1013) }).collect();
+    let in_line: Vec<_> = (0..n).map(|i| DVec3::new(0.1, 0.3, 0.0) * (i * 7919 % 300_007) as f64).collect();
+    for (corners, name) in [(wild, "wild"), (zigzag, "zigzag"), (one_centre, "one centre"), (in_line, "in line")] {
+        let seconds = seconds_of(&corners);
+        assert!(seconds < 10.0, "{name}: {seconds} s");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
 
@@ -129,5 +257,15 @@ proptest! {
             corners.reverse();
         }
         assert_tiles(&corners, 1e-9);
+    }
+
+    /// Few places for many corners: most of them cross themselves, meet in points and turn back along their edges.
+    #[test]
+    fn the_tree_changes_no_triangle(
+        places in prop::collection::vec((0u8..7, 0u8..7), 4..60),
+        step in prop_oneof![Just(1.0), Just(0.1), Just(1e-3)],
+    ) {
+        let points: Vec<DVec2> = places.iter().map(|&(x, y)| DVec2::new(f64::from(x), f64::from(y)) * step).collect();
+        assert_cut_plainly(&points);
     }
 }
