@@ -18,6 +18,8 @@ pub enum Fault {
     TakenThoughNotFinite,
     /// A render that goes on from a picture forgets what that holds.
     LostPass,
+    /// Several threads leave a trace in the picture.
+    TraceOfThreads,
     /// Image files hold other values than the film.
     RoundedFile,
     /// Camera rays go through the film one and a half pixels beside.

@@ -370,7 +370,7 @@ mod tests {
     fn planted_faults_fail() {
         let faults = [
             (Fault::MissingCosine, "engines_agree", "room:1:0:0.001"),
-            (Fault::MissingCosine, "threads_agree", "room:1:0:0.001"),
+            (Fault::TraceOfThreads, "threads_agree", "room:1:0:0.001"),
             (Fault::MissingCosine, "strategies_agree", "lamps:3"),
             (Fault::LopsidedChoice, "light_probabilities_sum_to_one", "lamps:3"),
             (Fault::WrongOffset, "rays_off_their_triangles", "hollow_ball:3:0"),

@@ -175,7 +175,8 @@ fn render_trained(
         return Err(not_of_this());
     }
     let layout = Layout::new(setup, tile);
-    let mut film = match start.filter(|_| !planted(Fault::LostPass)) {
+    let mut film = match start {
+        Some(Film { spp, .. }) if planted(Fault::LostPass) => Film { spp, ..layout.film(setup)? },
         Some(film) if layout.fits(&film, setup) => film,
         Some(_) => return Err(not_of_this()),
         None => layout.film(setup)?,
@@ -264,6 +265,9 @@ fn render_trained(
             LegEnd::Paused => watch.pause(&film, clock.wall_seconds()),
         }
     };
+    if planted(Fault::TraceOfThreads) && threads > 1 {
+        film.pixels[0].sum[0] += 1.0;
+    }
     let (render_s, cpu_s) = (clock.wall_seconds(), clock.cpu_seconds());
     let unseen_error = error.filter(|_| settings.target_error.is_some()).map(|error| error.unseen);
     let stats = Stats { threads, setup_s, render_s, cpu_s, finished, unseen_error, ..Stats::default() };
