@@ -14,6 +14,7 @@ use crate::bvh::ray::{PERMUTATION, dominant_axis};
 use crate::bvh::threads;
 use glam::DVec3;
 use obvhs::bvh2::Bvh2;
+use std::collections::HashMap;
 
 /// The triangle is tested in f64.
 pub const PRECISE: u8 = 1 << 3;
@@ -43,6 +44,9 @@ const AT_A_LAMP: f32 = 1.0 / (1 << 16) as f32;
 const STEEP: f64 = 1024.0;
 /// Parts of the coordinates by which what lies in one plane may lie off it: 8 half-ulps.
 const SAME_PLANE: f32 = 1.0 / (1 << 21) as f32;
+/// Neighbours that all lamps together are asked about, for every triangle of the scene, and in any case.
+const MOST_NEIGHBOURS: usize = 64;
+const LEAST_NEIGHBOURS: usize = 1 << 22;
 /// Half-ulps of the corners' sheared coordinates, before they cancel, by which the common test may move an edge: 4. The worst of
 /// all roundings is half as much again; they hardly ever add up.
 const MOVED: f64 = 1.0 / (1 << 22) as f64;
@@ -91,14 +95,22 @@ pub(super) fn classify(
         }
     }
     let extent = tree.nodes.first().map_or(0.0, |root| root.min.abs().max(root.max.abs()).max_element());
+    // Lamps by the thousand in one place are nobody's scene: each is precise then, and not asked about all the others.
+    let mut left = MOST_NEIGHBOURS.saturating_mul(ids.len()).max(LEAST_NEIGHBOURS);
     for &id in ids.iter().filter(|&&id| emits(id)) {
         let place = bounds(vertices(id), extent * AT_A_LAMP);
         for_each_in(tree, &vertices, place, |other| {
+            if left == 0 {
+                mark(&mut classes, id, PRECISE);
+                return false;
+            }
+            left -= 1;
             let known = [id, other].iter().all(|&id| class_of(&classes, id) & PRECISE != 0);
             if other != id && !known && covers(vertices(id), vertices(other), extent) {
                 mark(&mut classes, id, PRECISE);
                 mark(&mut classes, other, PRECISE);
             }
+            true
         });
     }
     if !classes.is_empty() {
@@ -299,12 +311,12 @@ impl Sizes {
     }
 }
 
-/// Tells of the triangles whose boxes meet `bounds`.
+/// Tells of the triangles whose boxes meet `bounds`, until `tell` returns false.
 fn for_each_in(
     tree: &Bvh2,
     vertices: &impl Fn(u32) -> [[f32; 3]; 3],
     bounds: [[f32; 2]; 3],
-    mut tell: impl FnMut(u32),
+    mut tell: impl FnMut(u32) -> bool,
 ) {
     let mut pending = vec![0];
     while let Some(index) = pending.pop() {
@@ -313,7 +325,9 @@ fn for_each_in(
         if !meets(node.min.to_array(), node.max.to_array(), bounds) {
         } else if node.is_leaf() {
             let ids = &tree.primitive_indices[first..first + node.prim_count as usize];
-            ids.iter().filter(|&&id| triangle_meets(vertices(id), bounds)).for_each(|&id| tell(id));
+            if !ids.iter().filter(|&&id| triangle_meets(vertices(id), bounds)).all(|&id| tell(id)) {
+                return;
+            }
         } else {
             pending.extend([first, first + 1]);
         }
@@ -333,43 +347,105 @@ fn place(corner: [f32; 3]) -> [u32; 3] {
     corner.map(|x| (x + 0.0).to_bits())
 }
 
+/// What is known of edges, those of precise triangles. (By place, not through the tree: of slivers that all overlap, each would
+/// meet all the others.)
+struct Edges<T> {
+    of_edge: HashMap<Edge, T>,
+    /// A bit for the hash of every corner of these edges: hardly any other triangle has two of them.
+    corners: Vec<u64>,
+}
+
+impl<T> Edges<T> {
+    fn new(triangles: usize) -> Edges<T> {
+        // 16 bits a triangle: one in some six is set.
+        Edges { of_edge: HashMap::new(), corners: vec![0; (triangles / 4).next_power_of_two().max(16)] }
+    }
+
+    /// Word and bit of a corner.
+    fn bit(&self, corner: [u32; 3]) -> (usize, u64) {
+        let mix = |hash: u64, bits: u32| (hash ^ u64::from(bits)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+        let hash = corner.into_iter().fold(0, mix);
+        ((hash >> 6) as usize & (self.corners.len() - 1), 1 << (hash & 63))
+    }
+
+    /// What is known of an edge; first `new`.
+    fn entry(&mut self, edge: Edge, new: T) -> &mut T {
+        for corner in edge {
+            let (word, bit) = self.bit(corner);
+            self.corners[word] |= bit;
+        }
+        self.of_edge.entry(edge).or_insert(new)
+    }
+
+    /// What is known of the edges of a triangle, of those of which anything is.
+    fn known(&mut self, vertices: [[f32; 3]; 3], mut tell: impl FnMut(&mut T)) {
+        let may_be = vertices.map(|corner| {
+            let (word, bit) = self.bit(place(corner));
+            self.corners[word] & bit != 0
+        });
+        for opposite in 0..3 {
+            if may_be[(opposite + 1) % 3]
+                && may_be[(opposite + 2) % 3]
+                && let Some(known) = self.of_edge.get_mut(&edge_of(vertices, opposite))
+            {
+                tell(known);
+            }
+        }
+    }
+}
+
 /// Finds the triangles that share an edge with a sliver far narrower than they are long. At this time all precise triangles are
 /// slivers.
 fn mark_thin_boxes(classes: &mut [u8], tree: &Bvh2, vertices: &impl Fn(u32) -> [[f32; 3]; 3]) {
-    let mut found = Vec::new();
-    for_each_shared_edge(classes, tree, vertices, |sliver, _, other| {
-        let width = f64::from(longest_edge(vertices(sliver))) / aspect(vertices(sliver));
-        if width * f64::from(PRECISE_RATIO) < f64::from(longest_edge(vertices(other))) {
-            found.push(other);
+    let ids = &tree.primitive_indices;
+    let is_precise = |classes: &[u8], id: u32| class_of(classes, id) & PRECISE != 0;
+    // The least width of a sliver at each edge.
+    let mut edges = Edges::new(ids.iter().filter(|&&id| is_precise(classes, id)).count());
+    for &id in ids.iter().filter(|&&id| is_precise(classes, id)) {
+        let width = f64::from(longest_edge(vertices(id))) / aspect(vertices(id));
+        for opposite in 0..3 {
+            let least = edges.entry(edge_of(vertices(id), opposite), width);
+            *least = least.min(width);
         }
-    });
+    }
+    let mut found = Vec::new();
+    for &id in ids.iter().filter(|&&id| !is_precise(classes, id)) {
+        let mut least = f64::INFINITY;
+        edges.known(vertices(id), |width| least = least.min(*width));
+        if least * f64::from(PRECISE_RATIO) < f64::from(longest_edge(vertices(id))) {
+            found.push(id);
+        }
+    }
     found.into_iter().for_each(|id| classes[id as usize] |= PRECISE);
 }
 
 /// Finds the edges that precise triangles share with common ones.
 fn mark_shared_edges(classes: &mut [u8], tree: &Bvh2, vertices: &impl Fn(u32) -> [[f32; 3]; 3]) {
-    let mut found = Vec::new();
-    for_each_shared_edge(classes, tree, vertices, |id, edge, _| found.push((id, 1 << edge)));
-    found.into_iter().for_each(|(id, edge): (u32, u8)| classes[id as usize] |= edge);
-}
-
-/// Tells of the edges (the numbers of the corners opposite them) that precise triangles share with common ones: the precise
-/// triangle, its edge, the other one.
-fn for_each_shared_edge(
-    classes: &[u8],
-    tree: &Bvh2,
-    vertices: &impl Fn(u32) -> [[f32; 3]; 3],
-    mut tell: impl FnMut(u32, usize, u32),
-) {
-    let precise = |id: u32| class_of(classes, id) & PRECISE != 0;
-    for &id in tree.primitive_indices.iter().filter(|&&id| precise(id)) {
-        let edges: [Edge; 3] = std::array::from_fn(|opposite| edge_of(vertices(id), opposite));
-        for_each_in(tree, vertices, bounds(vertices(id), 0.0), |other| {
-            if !precise(other) {
-                let shared = |edge: &Edge| (0..3).any(|opposite| edge_of(vertices(other), opposite) == *edge);
-                (0..3).filter(|&edge| shared(&edges[edge])).for_each(|edge| tell(id, edge, other));
+    let ids = &tree.primitive_indices;
+    let is_precise = |classes: &[u8], id: u32| class_of(classes, id) & PRECISE != 0;
+    let count = ids.iter().filter(|&&id| is_precise(classes, id)).count();
+    if count == 0 {
+        return;
+    }
+    // Whether a common triangle has it, too.
+    let mut edges = Edges::new(count);
+    for &id in ids.iter().filter(|&&id| is_precise(classes, id)) {
+        for opposite in 0..3 {
+            edges.entry(edge_of(vertices(id), opposite), false);
+        }
+    }
+    for &id in ids.iter().filter(|&&id| !is_precise(classes, id)) {
+        edges.known(vertices(id), |shared| *shared = true);
+    }
+    for &id in ids {
+        if !is_precise(classes, id) {
+            continue;
+        }
+        for opposite in 0..3 {
+            if *edges.entry(edge_of(vertices(id), opposite), false) {
+                classes[id as usize] |= 1 << opposite;
             }
-        });
+        }
     }
 }
 

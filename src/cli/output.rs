@@ -1,6 +1,6 @@
 //! Results: text on standard output, JSON on standard output or in a file, and the places of files.
 
-use crate::cli::places;
+use crate::cli::places::{self, first_missing};
 use crate::error::{Error, Result};
 use crate::files::atomic;
 use crate::image::Format;
@@ -8,7 +8,7 @@ use crate::shown::escaped;
 use serde::Serialize;
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal, Write};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// Prints a result. A reader that has gone away (`octray info .. | head`) is not an error.
 pub fn print(text: &str) -> Result<()> {
@@ -119,42 +119,6 @@ pub fn make_directory(path: &Path) -> Result<()> {
         path: path.to_owned(),
         message: format!("the directory {} cannot be made: {error}; choose another place", parent.display()),
     })
-}
-
-/// The first directory on the way to `path` that does not exist; `None`: all do.
-fn first_missing(path: &Path) -> Option<PathBuf> {
-    let missing = path.ancestors().skip(1).filter(|directory| !directory.as_os_str().is_empty());
-    missing.take_while(|directory| directory.symlink_metadata().is_err()).last().map(Path::to_owned)
-}
-
-/// The same for `a.png`, `./a.png`, a link to it and any other way to its directory, which need not exist.
-pub fn whole_path(path: &Path) -> PathBuf {
-    let path = &atomic::followed(path);
-    if let Ok(existing) = path.canonicalize() {
-        return existing;
-    }
-    let (directory, rest) = match first_missing(path) {
-        Some(missing) => {
-            let rest = path.strip_prefix(&missing).unwrap_or(path).to_owned();
-            (
-                missing.parent().unwrap_or(Path::new("")).to_owned(),
-                missing.file_name().map(PathBuf::from).unwrap_or_default().join(rest),
-            )
-        }
-        None => {
-            (path.parent().unwrap_or(Path::new("")).to_owned(), path.file_name().map(PathBuf::from).unwrap_or_default())
-        }
-    };
-    let directory = if directory.as_os_str().is_empty() { Path::new(".") } else { &directory };
-    let mut whole = directory.canonicalize().unwrap_or_else(|_| directory.to_owned());
-    for component in rest.components() {
-        match component {
-            Component::ParentDir => drop(whole.pop()),
-            Component::CurDir => {}
-            other => whole.push(other),
-        }
-    }
-    whole
 }
 
 /// The columns that text may take: of the terminal that standard output goes to, or what COLUMNS says; 120 at most, and where it
@@ -271,7 +235,7 @@ mod tests {
         make_directory(&path).unwrap();
         assert_eq!((path.parent().unwrap().is_dir(), first_missing(&path)), (true, None));
         let same = ["a/b/c.json", "a/./b/../b/c.json", "x/../a/b/c.json"].map(|name| place.path().join(name));
-        assert_eq!(whole_path(&same[0]), whole_path(&same[1]));
-        assert_eq!(whole_path(&same[0]), whole_path(&same[2]));
+        assert_eq!(places::whole_path(&same[0]), places::whole_path(&same[1]));
+        assert_eq!(places::whole_path(&same[0]), places::whole_path(&same[2]));
     }
 }

@@ -2,12 +2,11 @@
 //!
 //! Outputs are claimed where their flags are checked, before anything is read; whatever reads inputs does so inside [`reading`].
 
-use crate::cli::output::whole_path;
 use crate::error::{Error, Result};
-use crate::files::read;
+use crate::files::{atomic, read};
 use std::cell::RefCell;
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 #[derive(Default)]
 struct Outputs {
@@ -65,6 +64,42 @@ fn is_claimed(whole: &Path) -> bool {
             || directories
                 .any(|(directory, known)| whole.parent() == Some(directory) && known.iter().any(|e| written(&e)))
     })
+}
+
+/// The first directory on the way to `path` that does not exist; `None`: all do.
+pub fn first_missing(path: &Path) -> Option<PathBuf> {
+    let missing = path.ancestors().skip(1).filter(|directory| !directory.as_os_str().is_empty());
+    missing.take_while(|directory| directory.symlink_metadata().is_err()).last().map(Path::to_owned)
+}
+
+/// The same for `a.png`, `./a.png`, a link to it and any other way to its directory, which need not exist.
+pub fn whole_path(path: &Path) -> PathBuf {
+    let path = &atomic::followed(path);
+    if let Ok(existing) = path.canonicalize() {
+        return existing;
+    }
+    let (directory, rest) = match first_missing(path) {
+        Some(missing) => {
+            let rest = path.strip_prefix(&missing).unwrap_or(path).to_owned();
+            (
+                missing.parent().unwrap_or(Path::new("")).to_owned(),
+                missing.file_name().map(PathBuf::from).unwrap_or_default().join(rest),
+            )
+        }
+        None => {
+            (path.parent().unwrap_or(Path::new("")).to_owned(), path.file_name().map(PathBuf::from).unwrap_or_default())
+        }
+    };
+    let directory = if directory.as_os_str().is_empty() { Path::new(".") } else { &directory };
+    let mut whole = directory.canonicalize().unwrap_or_else(|_| directory.to_owned());
+    for component in rest.components() {
+        match component {
+            Component::ParentDir => drop(whole.pop()),
+            Component::CurDir => {}
+            other => whole.push(other),
+        }
+    }
+    whole
 }
 
 #[cfg(test)]
