@@ -7,6 +7,7 @@ use crate::cli::resume::State;
 use crate::cli::{args, messages, places, warn};
 use crate::error::Result;
 use crate::files::atomic;
+use crate::files::read::is_special;
 use crate::film::Film;
 use crate::image::check_output_path;
 use crate::render::{Progress, Watch};
@@ -32,7 +33,7 @@ pub struct KeepArgs {
     /// Go on from the checkpoint of a finished render, to more samples (an interrupted one goes on without this)
     #[arg(long)]
     resume: bool,
-    /// Write the picture so far to this image now and then; viewers such as tev show it as it grows
+    /// Write the image so far to FILE now and then; viewers such as tev show it as it grows
     #[arg(long, value_name = "FILE")]
     preview: Option<PathBuf>,
     /// How often (10s, 1m)
@@ -95,11 +96,6 @@ impl KeepArgs {
         let files = || shot.outputs.iter().filter(|path| !is_special(path)).map(beside);
         named.or_else(|| files().find(|path| path.symlink_metadata().is_ok())).or_else(|| files().next())
     }
-}
-
-/// A device or a pipe.
-fn is_special(path: &Path) -> bool {
-    path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
 /// Where the picture so far of an interrupted render goes, so that an older image stays: `a.partial.png` for `a.png`. `None`

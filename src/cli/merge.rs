@@ -81,7 +81,7 @@ fn open(paths: &[PathBuf]) -> Found {
             && let Some(difference) = of_first.about.differs(&part.about)
         {
             let first = first.display();
-            found.faults.push(fault(format!("no part of the picture that {first} is a part of: {difference}")));
+            found.faults.push(fault(format!("no part of the image that {first} is a part of: {difference}")));
             continue;
         }
         found.count = part.about.shard.1;

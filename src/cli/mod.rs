@@ -36,7 +36,7 @@ use crate::simd::{SimdLevel, simd_level};
 use crate::tables::PreparedScene;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
-use messages::{report, warn};
+use messages::{report, tell, warn};
 use std::io::Write;
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -169,6 +169,7 @@ fn report_usage(error: &clap::Error) -> u8 {
 fn prepare(scene: &Scene) -> Result<PreparedScene> {
     let prepared = scene.prepare()?;
     prepared.warnings.iter().for_each(|warning| warn(warning));
+    tell(&format!("{}: tables and tree made in {} s", prepared.name, numbers::three_digits(prepared.build_s)));
     Ok(prepared)
 }
 

@@ -2,7 +2,7 @@
 //! terminal.
 
 use crate::api::Scene;
-use crate::cli::messages;
+use crate::cli::messages::{self, tell};
 use crate::cli::numbers::{percent, three_digits};
 use crate::cli::places;
 use crate::error::Result;
@@ -15,7 +15,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const STEPS: u64 = 1000;
 /// Loading that takes no longer says nothing.
@@ -23,6 +23,22 @@ const LOADING_AT_LEAST: Duration = Duration::from_secs(1);
 
 /// [`Scene::load`], with a line for as long as it takes beyond a second; none if `quiet` or if nobody would see it.
 pub fn load(path: &Path, quiet: bool) -> Result<Scene> {
+    let begun = Instant::now();
+    let scene = load_and_tell(path, quiet)?;
+    let (seconds, desc) = (begun.elapsed().as_secs_f64(), &scene.desc);
+    let triangles: usize = desc.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    tell(&format!(
+        "{}: {triangles} triangles in {} meshes, {} materials, {} textures, read in {} s",
+        desc.name,
+        desc.meshes.len(),
+        desc.materials.len(),
+        desc.textures.len(),
+        three_digits(seconds)
+    ));
+    Ok(scene)
+}
+
+fn load_and_tell(path: &Path, quiet: bool) -> Result<Scene> {
     if quiet || !std::io::stderr().is_terminal() {
         return places::reading(|| Scene::load(path));
     }

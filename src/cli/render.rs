@@ -8,7 +8,7 @@ use crate::cli::examples;
 use crate::cli::frames::{FrameArgs, Names, Shot};
 use crate::cli::interrupt;
 use crate::cli::keep::{KeepArgs, Watcher, partial_path, remove_partial};
-use crate::cli::messages;
+use crate::cli::messages::{self, tell};
 use crate::cli::numbers::{percent, three_digits};
 use crate::cli::output::{check_json_path, check_place, make_directory, print, write_json};
 use crate::cli::places;
@@ -197,6 +197,9 @@ fn render_shot(
         None => try_render_from(prepared, &settings, start, &watcher),
     }?;
     bar.finish();
+    if let Some(learning) = &render.stats.learning {
+        tell(&format!("training: {} paths in {} s", learning.paths, three_digits(learning.seconds)));
+    }
 
     render.film.exposure = args.exposure;
     render.film.metadata.extend(shot.frame.map(|frame| ("frame".to_owned(), frame.to_string())));
@@ -279,8 +282,7 @@ fn stopped(shot: &Shot, state: &State, render: &Render, (spp, of_part): (u32, bo
     }
     let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
     let done = film.spp_in_words();
-    let so_far =
-        if partial.is_empty() { String::new() } else { format!("; the picture so far: {}", partial.join(", ")) };
+    let so_far = if partial.is_empty() { String::new() } else { format!("; the image so far: {}", partial.join(", ")) };
     let on = match state.path() {
         Some(path) => format!("the same command goes on from there ({})", path.display()),
         None => "nothing is kept of them: the image is no file, and no --checkpoint is named".to_owned(),
@@ -407,7 +409,7 @@ fn summary(settings: &Settings, render: &Render, written: &[&Path], of_sequence:
         _ => format!("wrote {}", names.join(", ")),
     }];
     let size = match settings.shard {
-        Some(shard) => format!("part {shard} of a picture"),
+        Some(shard) => format!("part {shard} of an image"),
         None => format!("{} x {} pixels", film.width, film.height),
     };
     lines.push(format!(

@@ -61,6 +61,11 @@ pub fn open(path: &Path) -> Result<File> {
     }
 }
 
+/// Whether `path` is there and is neither a regular file nor a directory: a device, a pipe, a socket.
+pub fn is_special(path: &Path) -> bool {
+    path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
 /// What a file is that is no regular file, with its article.
 fn kind(found: &Metadata) -> Option<&'static str> {
     if found.is_file() {

@@ -69,7 +69,7 @@ fn files_that_hold_no_rays_are_refused() {
     }
     let directory = place.path("");
     for (flags, message) in [
-        (&["--rays", &directory][..], "not a regular file"),
+        (&["--rays", &directory][..], "only regular files are read"),
         (&["--rays", &place.path("none.rays")], "cannot read it"),
         (&["--rays", &path, "--size", "8"], "cannot be used with"),
     ] {

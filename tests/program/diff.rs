@@ -230,7 +230,7 @@ fn bad_input_is_one_error_with_status_2() {
     // A PNG may be compared, and may not be overwritten by its own heatmap.
     let png = place.path("a.png");
     assert!(octray(&["diff", &a, &a, "--heatmap", &png]).status.success());
-    refused(&[&png, &png, "--heatmap", &png], 2, "one of the images compared");
+    refused(&[&png, &png, "--heatmap", &png], 2, "an output would replace it, and this command reads it");
 }
 
 /// Radiances whose squares leave the range of f32: every file is finite, `diff` reads it, figures are numbers, and one warning

@@ -71,7 +71,7 @@ fn examples_of_help_run() {
 /// One word for one thing.
 #[test]
 fn what_is_rendered_is_called_an_image() {
-    for command in ["render", "info", "trace", "check", "bench", "diff", "converge"] {
+    for command in ["render", "info", "trace", "check", "bench", "diff", "converge", "merge"] {
         let help = help_of(command);
         assert!(!help.contains("picture"), "{command}: {help}");
     }

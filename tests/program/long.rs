@@ -240,6 +240,8 @@ fn only_regular_files_are_read() {
     refused(&["info", &pipe], 2, "it is a pipe; only regular files are read");
     let obj = place.path("a.obj");
     fs::write(&obj, "mtllib /dev/zero\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    refused(&["info", &obj], 2, "/dev/zero: cannot read it: it is a device; only regular files are read");
+    fs::write(&obj, "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     assert!(fine(&["info", &obj]).contains("cannot read its material file"));
 }
 
@@ -409,4 +411,98 @@ fn shells_and_man_get_what_they_read() {
     let page = fs::read_to_string(format!("{folder}/octray-render.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("checkpoint"), "{page}");
     assert!(fs::read_to_string(format!("{folder}/octray.1")).unwrap().contains("octray"));
+}
+
+/// The table of a report without the times of its runs.
+fn rows(folder: &str) -> Vec<String> {
+    let text = fs::read_to_string(format!("{folder}/converge.csv")).unwrap();
+    let fields = |line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        [&fields[..6], &fields[8..]].concat().join(",")
+    };
+    text.lines().skip(1).map(fields).collect()
+}
+
+#[test]
+fn parts_of_converge_merge_into_one_report() {
+    let place = Place::new();
+    let flags = ["--strategies", "bsdf,nee", "--width", "16", "--height", "16", "--spps", "1,4", "--quiet"];
+    let converge = |out: &str, more: &[&str]| {
+        octray(&[&["converge", "scenes/furnace.toml", "--out", out][..], &flags, more].concat())
+    };
+    let whole = place.path("whole");
+    assert!(converge(&whole, &["--repeats", "5"]).status.success());
+    let parts: Vec<String> = (1..=3).map(|number| place.path(&format!("{number}"))).collect();
+    for (number, out) in (1..).zip(&parts) {
+        let done = converge(out, &["--repeats", "5", "--shard", &format!("{number}/3")]);
+        assert!(done.status.success(), "{}", stderr(&done));
+    }
+    let files: Vec<String> = parts.iter().map(|out| format!("{out}/converge.part")).collect();
+    let merge = |files: &[&String], more: &[&str]| {
+        let files: Vec<&str> = files.iter().map(|file| file.as_str()).collect();
+        converge(&place.path("merged"), &[more, &["--merge"], &files].concat())
+    };
+    let all: Vec<&String> = files.iter().rev().collect();
+    let done = merge(&all, &["--repeats", "5"]);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert_eq!(rows(&place.path("merged")), rows(&whole));
+    assert!(fs::read_to_string(place.path("merged/report.html")).unwrap().contains("20 runs"));
+    for (done, message) in [
+        (merge(&all[1..], &["--repeats", "5"]), "1 of 3 parts are missing: 3"),
+        (merge(&[all[0], all[0]], &["--repeats", "5"]), "leave one out"),
+        (merge(&all, &["--repeats", "5", "--seed", "9"]), "a part of other runs"),
+        (merge(&all, &["--repeats", "7"]), "not complete"),
+        (converge(&whole, &["--shard", "1/2", "--reach", "0.1"]), "--reach goes by all runs"),
+    ] {
+        assert_eq!(done.status.code(), Some(2), "{}", stderr(&done));
+        assert!(stderr(&done).contains(message), "{}", stderr(&done));
+    }
+    let mut damaged = fs::read(&files[0]).unwrap();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    fs::write(&files[0], damaged).unwrap();
+    let done = merge(&all, &["--repeats", "5"]);
+    assert!(done.status.code() == Some(2) && stderr(&done).contains("damaged"), "{}", stderr(&done));
+}
+
+/// Runs that were made are not made again, however the program ended.
+#[test]
+fn converge_goes_on_after_a_kill() {
+    let place = Place::new();
+    let (whole, killed) = (place.path("whole"), place.path("killed"));
+    let flags = ["--strategies", "bsdf,nee", "--width", "24", "--height", "24", "--spps", "1,16", "--quiet"];
+    let of = |out: &str| {
+        let all = [
+            "converge",
+            "scenes/cornell.toml",
+            "--out",
+            out,
+            "--reference-spp",
+            "256",
+            "--repeats",
+            "40",
+            "--every",
+            "1ms",
+        ];
+        [&all[..], &flags].concat().iter().map(|&word| word.to_owned()).collect::<Vec<_>>()
+    };
+    fine(&of(&whole).iter().map(String::as_str).collect::<Vec<_>>());
+    let mut went_on = false;
+    for number in 0u64..8 {
+        let arguments = of(&killed);
+        let mut run = begin(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        std::thread::sleep(Duration::from_millis(60 + number * 53 % 170));
+        let _ = run.kill();
+        let ended = run.wait_with_output().unwrap();
+        went_on |= stderr(&ended).contains("going on from");
+    }
+    let said = fine(&of(&killed).iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(went_on || said.contains("going on from"), "{said}");
+    assert_eq!(rows(&killed), rows(&whole));
+    let left: Vec<String> = fs::read_dir(&killed)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.ends_with(".tmp") || name.ends_with(".unfinished"))
+        .collect();
+    assert!(left.is_empty(), "{left:?}");
 }

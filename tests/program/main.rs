@@ -10,6 +10,7 @@ mod converge;
 mod diff;
 mod frames;
 mod help;
+mod hostile;
 mod images;
 mod learned;
 mod long;

@@ -54,6 +54,11 @@ impl Files {
         self.path(&format!("reference{}.unfinished", suffixes(experiment)[case]))
     }
 
+    /// Where the runs of a part go.
+    pub fn part(&self) -> PathBuf {
+        self.path("converge.part")
+    }
+
     /// Where an interrupted call keeps its runs.
     pub fn unfinished(&self) -> PathBuf {
         self.path("converge.unfinished")

@@ -1,7 +1,7 @@
 //! The flags of `octray converge`.
 
 use crate::cli::args::{self, List, RrDepth};
-use crate::settings::{Crop, Engine, Guide, Lights, Sampler, Settings, Train};
+use crate::settings::{Crop, Engine, Guide, Lights, Sampler, Settings, Shard, Train};
 use crate::strategy::Strategy;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -90,6 +90,13 @@ pub struct ConvergeArgs {
     /// First of the runs' seeds
     #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
     pub seed: u32,
+    /// Make part K of N of the runs, every N-th, and write it to DIR/converge.part, for --merge; parts may be made anywhere, with
+    /// the same other flags
+    #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
+    pub shard: Option<Shard>,
+    /// Report of these parts, all of one call's, instead of making runs; may be given several times
+    #[arg(long, value_name = "PART", num_args = 1.., conflicts_with = "shard")]
+    pub merge: Vec<PathBuf>,
     /// Keep what has been measured so often, at least: after whatever ended it, the same command goes on from there
     #[arg(long, value_name = "TIME", default_value = "30s", value_parser = args::seconds, allow_negative_numbers = true)]
     pub every: Duration,

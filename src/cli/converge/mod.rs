@@ -11,12 +11,13 @@ use crate::cli::output::print;
 use crate::cli::places;
 use crate::cli::resume::remove_unfinished;
 use crate::cli::warn;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::report::analysis::equal_time;
 use crate::report::analysis::findings::analyze;
 use crate::report::analysis::summary::summarize;
 use crate::report::measure::experiment::{Budget, Experiment, Measurements};
 use crate::report::measure::machine::Machine;
+use crate::report::measure::parts;
 use crate::report::measure::reference::{self, Parts};
 use crate::report::measure::truth::Reference;
 use crate::report::write::contents::{Contents, State};
@@ -28,6 +29,7 @@ use std::time::{Duration, Instant};
 
 /// Runs the command; the exit status.
 pub fn run(args: &ConvergeArgs) -> Result<u8> {
+    check_shard(args)?;
     let mut partial = Partial::new();
     places::claim_directory(&args.out, files::EXTENSIONS);
     let mut experiment = setup::experiment(args)?;
@@ -46,10 +48,16 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
         warn("stopped before there was a reference: nothing was measured; the same command goes on from there");
         return Ok(1);
     };
+    let of_parts = match args.merge.is_empty() {
+        true => None,
+        false => Some(places::reading(|| parts::merged(&mut experiment, &references, &args.merge))?),
+    };
     others.join(&mut experiment, &references);
     let experiment = experiment;
     let unfinished = files.unfinished();
-    let mut measured = match experiment.kept(&references, &unfinished) {
+    let merged = of_parts.is_some();
+    let mut measured = match of_parts.or_else(|| experiment.kept(&references, &unfinished)) {
+        Some(of_parts) if merged => of_parts,
         Some(kept) => {
             warn(&format!("going on from {} with {} runs", unfinished.display(), kept.runs.len()));
             kept
@@ -81,7 +89,8 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
         kept.when_due(|| {
             let _ = experiment.keep(&references, done, &unfinished);
         });
-        if done.runs.len() >= experiment.configurations.len() && partial.is_due() {
+        let of_all = experiment.shard.is_none() && done.runs.len() >= experiment.configurations.len();
+        if of_all && partial.is_due() {
             let findings = analyze(&experiment, &references, done);
             let summaries = summarize(&experiment, &findings);
             let so_far = Contents { measured: done, findings: &findings, summaries: &summaries, ..nothing };
@@ -89,6 +98,21 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
             partial.written();
         }
     });
+    if let Some(shard) = experiment.shard {
+        progress.finish();
+        if !finished {
+            experiment.keep(&references, &measured, &unfinished)?;
+            let so_far = Contents { measured: &measured, ..nothing }.so_far();
+            warn(&format!("stopped after {so_far} of part {shard}: the same command goes on from there"));
+            return Ok(1);
+        }
+        parts::write(&files.part(), &experiment, shard, &references, &measured)?;
+        remove_unfinished(&unfinished);
+        if !args.quiet {
+            print(&format!("wrote {}: part {shard}, {} runs\n", files.part().display(), measured.runs.len()))?;
+        }
+        return Ok(0);
+    }
     let findings = analyze(&experiment, &references, &measured);
     // A second wish to stop would end the program: after the first, what there is is written without new images.
     let shown = match finished {
@@ -117,6 +141,20 @@ pub fn run(args: &ConvergeArgs) -> Result<u8> {
         print(&progress::summary(&experiment, findings, &args.out))?;
     }
     Ok(if finished { 0 } else { 1 })
+}
+
+/// Refuses with `--shard` what needs all runs.
+fn check_shard(args: &ConvergeArgs) -> Result<()> {
+    let refused = |message: &str| Err(Error::Usage(format!("--shard: {message}")));
+    match args.shard {
+        None => Ok(()),
+        Some(_) if args.reach.is_some() => refused("--reach goes by all runs: give it with --merge"),
+        Some(_) if !args.against.is_empty() => refused("--against belongs to the report: give it with --merge"),
+        Some(_) if !args.times.is_empty() && args.reference.is_empty() && args.reference_spp.is_none() => {
+            refused("a reference by --times is another one on every machine: give --reference or --reference-spp")
+        }
+        Some(_) => Ok(()),
+    }
 }
 
 /// When what has been measured is kept.

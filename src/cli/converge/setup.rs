@@ -64,6 +64,7 @@ pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
         settings,
         regions,
         exposure: args.exposure,
+        shard: args.shard,
     })
 }
 

@@ -1,6 +1,6 @@
 //! The MTL files that OBJ files name.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::files::read;
 use crate::import::obj::mtl;
 use crate::import::obj::mtl::MtlMaterial;
@@ -85,6 +85,10 @@ impl Libraries {
                 }
             }
             let library = match read::bytes(&path) {
+                // What is missing is missed; what never ends, or waits for somebody to write, was put there by no exporter.
+                Err(error) if read::is_special(&path) => {
+                    return Err(Error::parse(obj, None, format!("mtllib: {error}")));
+                }
                 Err(_) => None,
                 Ok(bytes) => {
                     let materials = mtl::parse_mtl(&path, &bytes, warnings)?;

@@ -19,7 +19,7 @@ use crate::report::measure::run_error::{Measured, Pool, Region, mean_bias, measu
 use crate::report::measure::spectrum::{Spectrum, error_image, error_spectrum};
 use crate::report::measure::truth::{Reference, white_noise};
 use crate::scene::SceneDesc;
-use crate::settings::{Engine, Guide, Lights, Roulette, Sampler, Settings};
+use crate::settings::{Engine, Guide, Lights, Roulette, Sampler, Settings, Shard};
 use crate::stats::{StageStats, Stats};
 use crate::strategy::Strategy;
 use crate::tables::PreparedScene;
@@ -98,6 +98,8 @@ pub struct Experiment {
     pub regions: Vec<Region>,
     /// Stops of exposure at which images are shown, and compared as they are seen (PSNR, FLIP).
     pub exposure: f64,
+    /// Of the runs that the budgets ask for, every N-th from the K-th on; `None`: all. See [`super::parts`].
+    pub shard: Option<Shard>,
 }
 
 /// One render and its error.
@@ -162,7 +164,18 @@ const REACHING_MARGIN: f64 = 1.1;
 impl Experiment {
     /// How many runs the budgets ask for; those that reach for an error come on top.
     pub fn run_count(&self) -> usize {
+        let all = self.all_runs();
+        self.shard.map_or(all, |shard| all.saturating_sub(shard.number as usize - 1).div_ceil(shard.count as usize))
+    }
+
+    /// The same of all shards together.
+    pub fn all_runs(&self) -> usize {
         self.repeats as usize * self.budgets.len() * self.cases.len() * self.configurations.len()
+    }
+
+    /// The number, of all runs, of the run that is number `own` of this shard.
+    fn number(&self, own: usize) -> usize {
+        self.shard.map_or(own, |shard| shard.number as usize - 1 + own * shard.count as usize)
     }
 
     /// How many configurations findings may have: ours and the other renderers.
@@ -221,8 +234,14 @@ impl Experiment {
         Measurements { runs: Vec::new(), pools: pools.collect() }
     }
 
+    /// [`Experiment::key`], and which of the runs are made.
+    fn own_key(&self, references: &[Reference]) -> String {
+        let part = self.shard.map_or("all".to_owned(), |shard| shard.to_string());
+        format!("{} {part}", self.key(references))
+    }
+
     /// What decides the runs, as text, except for how many repeats there are: those only go on.
-    fn key(&self, references: &[Reference]) -> String {
+    pub(super) fn key(&self, references: &[Reference]) -> String {
         let scenes: Vec<u64> = self.cases.iter().map(|case| crate::scene::fingerprint::scene(&case.desc)).collect();
         let mut truth = Fingerprint::default();
         references.iter().for_each(|reference| truth.bytes(bytemuck::cast_slice(&reference.image.pixels)));
@@ -237,7 +256,7 @@ impl Experiment {
     /// # Errors
     /// [`crate::Error::Write`].
     pub fn keep(&self, references: &[Reference], done: &Measurements, path: &Path) -> Result<()> {
-        sealed::write(path, MAGIC, &(self.key(references), &done.runs), |out| {
+        sealed::write(path, MAGIC, &(self.own_key(references), &done.runs), |out| {
             done.pools.iter().flatten().flat_map(Pool::numbers).try_for_each(|number| out.numbers(&[number]))
         })
     }
@@ -250,7 +269,7 @@ impl Experiment {
         let each = Pool::count_of_numbers(self.pixels());
         let (cases, configurations) = (self.cases.len(), self.configurations.len());
         let count = each as u64 * cases as u64 * configurations as u64;
-        if key != self.key(references) || numbers.left() != count || !self.has_made(&runs) {
+        if key != self.own_key(references) || numbers.left() != count || !self.has_made(&runs) {
             return None;
         }
         let numbers: Vec<f64> = std::iter::from_fn(|| numbers.next()).collect();
@@ -266,7 +285,7 @@ impl Experiment {
         (self.settings.width.unwrap_or(0), self.settings.height.unwrap_or(0))
     }
 
-    fn pixels(&self) -> usize {
+    pub(super) fn pixels(&self) -> usize {
         self.film().0 as usize * self.film().1 as usize
     }
 
@@ -318,7 +337,7 @@ impl Experiment {
         if number >= self.run_count() {
             return self.next_to_reach(runs, references);
         }
-        Some(self.place(number))
+        Some(self.place(self.number(number)))
     }
 
     /// The run of that number of those that the budgets ask for.
@@ -333,7 +352,7 @@ impl Experiment {
 
     /// Whether `runs`, which a file holds, can be runs of this experiment: a file with a right checksum may still be made by
     /// somebody else.
-    fn has_made(&self, runs: &[Run]) -> bool {
+    pub(super) fn has_made(&self, runs: &[Run]) -> bool {
         let sound = |run: &Run| {
             let costs = run.seconds >= 0.0 && run.cpu_seconds >= 0.0;
             let known = run.case < self.cases.len() && run.configuration < self.configurations.len();
@@ -341,7 +360,7 @@ impl Experiment {
         };
         let asked = runs.iter().filter(|run| run.budget < self.budgets.len());
         let in_order = asked.enumerate().all(|(number, run)| {
-            let place = self.place(number);
+            let place = self.place(self.number(number));
             number < self.run_count()
                 && (place.case, place.configuration, place.budget_index) == (run.case, run.configuration, run.budget)
                 && (place.repeat, place.seed) == (run.repeat, run.seed)

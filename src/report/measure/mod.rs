@@ -7,6 +7,7 @@ pub mod experiment;
 pub mod flip;
 pub mod machine;
 pub mod metrics;
+pub mod parts;
 pub mod reference;
 pub mod run_error;
 pub mod spectrum;

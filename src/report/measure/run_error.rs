@@ -178,6 +178,18 @@ impl Pool {
         }
     }
 
+    /// Adds the images of another pool of as many pixels.
+    pub fn take(&mut self, other: &Pool) {
+        let add = |to: &mut [[f64; 3]], from: &[[f64; 3]]| {
+            to.as_flattened_mut().iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
+        };
+        for part in 0..PARTS {
+            self.samples[part] += other.samples[part];
+            add(&mut self.sums[part], &other.sums[part]);
+        }
+        add(&mut self.variance, &other.variance);
+    }
+
     /// Everything in it, as numbers; see [`Pool::from_numbers`].
     pub fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
         let sums = self.sums.iter().chain([&self.variance]).flatten().flatten().copied();
