@@ -17,8 +17,10 @@ pub fn shown(text: &str) -> Cow<'_, str> {
         return Cow::Owned(escaped(text));
     }
     let half = MOST / 2;
-    let start = text.floor_char_boundary(half);
-    let end = text.ceil_char_boundary(text.len() - half);
+    // A character has four bytes at most, and one of its boundaries is among any four places.
+    let boundary = |place: &usize| text.is_char_boundary(*place);
+    let start = (half - 3..=half).rev().find(boundary).unwrap_or(0);
+    let end = (text.len() - half..).find(boundary).unwrap_or(text.len());
     let (first, last) = (escaped(&text[..start]), escaped(&text[end..]));
     Cow::Owned(format!("{first} [... {} bytes ...] {last}", end - start))
 }

@@ -60,7 +60,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene to image files
-    Render(render::RenderArgs),
+    Render(Box<render::RenderArgs>),
     /// What a scene holds and needs: tables, the plan, what was left out
     Info(info::InfoArgs),
     /// One path, vertex by vertex, in both engines

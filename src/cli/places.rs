@@ -59,10 +59,9 @@ fn is_claimed(whole: &Path) -> bool {
     OUTPUTS.with_borrow(|outputs| {
         let extension = whole.extension().unwrap_or_default();
         let mut directories = outputs.directories.iter();
-        let written = |known: &&str| extension.eq_ignore_ascii_case(known);
+        let written = |known: &&'static str| extension.eq_ignore_ascii_case(known);
         outputs.files.contains(whole)
-            || directories
-                .any(|(directory, known)| whole.parent() == Some(directory) && known.iter().any(|e| written(&e)))
+            || directories.any(|(directory, known)| whole.parent() == Some(directory) && known.iter().any(written))
     })
 }
 

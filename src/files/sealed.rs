@@ -140,14 +140,6 @@ impl Numbers {
         self.left
     }
 
-    /// The next number; `None` behind the last, or if the file cannot be read any more.
-    pub fn next(&mut self) -> Option<f64> {
-        self.left = self.left.checked_sub(1)?;
-        let mut bytes = [0; 8];
-        self.file.read_exact(&mut bytes).ok()?;
-        Some(f64::from_le_bytes(bytes))
-    }
-
     /// The next `N` numbers.
     pub fn array<const N: usize>(&mut self) -> Option<[f64; N]> {
         let mut numbers = [0.0; N];
@@ -155,6 +147,18 @@ impl Numbers {
             *number = self.next()?;
         }
         Some(numbers)
+    }
+}
+
+/// The next number; `None` behind the last, or if the file cannot be read any more.
+impl Iterator for Numbers {
+    type Item = f64;
+
+    fn next(&mut self) -> Option<f64> {
+        self.left = self.left.checked_sub(1)?;
+        let mut bytes = [0; 8];
+        self.file.read_exact(&mut bytes).ok()?;
+        Some(f64::from_le_bytes(bytes))
     }
 }
 
@@ -213,7 +217,7 @@ mod tests {
 
     fn read(path: &Path, magic: &str) -> Option<(Vec<String>, Vec<f64>)> {
         match open(path, magic).unwrap() {
-            Found::Whole(header, mut numbers) => Some((header, std::iter::from_fn(|| numbers.next()).collect())),
+            Found::Whole(header, numbers) => Some((header, numbers.collect())),
             _ => None,
         }
     }

@@ -263,7 +263,7 @@ impl Experiment {
 
     /// What an interrupted call of the same experiment has kept in `path`; `None` if that is of another one, or damaged.
     pub fn kept(&self, references: &[Reference], path: &Path) -> Option<Measurements> {
-        let Ok(Found::Whole((key, runs), mut numbers)) = sealed::open::<(String, Vec<Run>)>(path, MAGIC) else {
+        let Ok(Found::Whole((key, runs), numbers)) = sealed::open::<(String, Vec<Run>)>(path, MAGIC) else {
             return None;
         };
         let each = Pool::count_of_numbers(self.pixels());
@@ -272,7 +272,7 @@ impl Experiment {
         if key != self.own_key(references) || numbers.left() != count || !self.has_made(&runs) {
             return None;
         }
-        let numbers: Vec<f64> = std::iter::from_fn(|| numbers.next()).collect();
+        let numbers: Vec<f64> = numbers.collect();
         if numbers.len() as u64 != count || !numbers.iter().all(|number| number.is_finite()) {
             return None;
         }

@@ -76,7 +76,7 @@ pub fn merged(experiment: &mut Experiment, references: &[Reference], paths: &[Pa
         found.push((shard, path));
         runs.extend((0..).zip(own).map(|(own, run)| (number as usize - 1 + own * count as usize, run)));
         for pool in measured.pools.iter_mut().flatten() {
-            let of_pool: Vec<f64> = std::iter::from_fn(|| numbers.next()).take(each).collect();
+            let of_pool: Vec<f64> = numbers.by_ref().take(each).collect();
             if of_pool.len() != each || !of_pool.iter().all(|number| number.is_finite()) {
                 return Err(fault("its sums are not finite: make that part again".into()));
             }

@@ -69,13 +69,13 @@ impl Parts {
     /// The parts kept in `path` for `key`, of images of so many pixels; none if they are of something else, or damaged.
     pub fn kept(key: &str, pixels: usize, path: &Path) -> Parts {
         let read = || {
-            let Ok(Found::Whole((found, parts), mut numbers)) = sealed::open::<(String, Parts)>(path, MAGIC) else {
+            let Ok(Found::Whole((found, parts), numbers)) = sealed::open::<(String, Parts)>(path, MAGIC) else {
                 return None;
             };
             if found != key || numbers.left() > u64::from(PARTS) * 3 * pixels as u64 {
                 return None;
             }
-            let numbers: Vec<f64> = std::iter::from_fn(|| numbers.next()).collect();
+            let numbers: Vec<f64> = numbers.collect();
             let pixel = |value: &[f64; 3]| value.map(|value| value as f32);
             let images = numbers.chunks(3 * pixels.max(1)).map(|part| part.as_chunks().0.iter().map(pixel).collect());
             let images: Vec<Vec<[f32; 3]>> = images.collect();
