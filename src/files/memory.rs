@@ -1,7 +1,7 @@
 //! How much memory this process may take: asked before it is taken, so that a file or a flag that wants too much is told so
 //! and nothing is killed for it.
 //!
-//! The limit is what [`set_max_memory`] says, else [`SHARE`] of what the machine or the process's control group has; what a
+//! The limit is what [`set_max_memory`] says, else nine tenths of what the machine or the process's control group has; what a
 //! limit on the address space leaves is asked besides. Large tables are claimed by those who make them ([`claim`], [`table`]);
 //! the program's allocator refuses whatever else goes beyond (`cli::allocator`).
 
