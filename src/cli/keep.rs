@@ -5,7 +5,7 @@ use crate::cli::output::{check_place, make_directory};
 use crate::cli::progress::Bar;
 use crate::cli::resume::State;
 use crate::cli::{args, messages, places, warn};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::files::atomic;
 use crate::files::read::is_special;
 use crate::film::Film;
@@ -129,6 +129,8 @@ pub struct Watcher<'a> {
     stop: &'a AtomicBool,
     exposure: f64,
     due: Mutex<Due>,
+    /// What could not be written last, so that it is told once.
+    told: Mutex<String>,
 }
 
 /// When what is to be kept next.
@@ -151,7 +153,17 @@ impl<'a> Watcher<'a> {
     ) -> Watcher<'a> {
         let now = Instant::now();
         let due = Due { checkpoint: later(now, args.every), preview: preview.map(|_| later(now, args.preview_every)) };
-        Watcher { args, state, preview, bar, stop, exposure, due: Mutex::new(due) }
+        Watcher { args, state, preview, bar, stop, exposure, due: Mutex::new(due), told: Mutex::default() }
+    }
+
+    /// A disk may be full for a while: what was kept before is kept still, and the render is worth going on.
+    fn go_on(&self, error: &Error) {
+        let message = format!("{error}; the render goes on");
+        let mut told = self.told.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if *told != message {
+            warn(&message);
+            *told = message;
+        }
     }
 
     fn due(&self) -> Due {
@@ -181,13 +193,12 @@ impl Watch for Watcher<'_> {
         let (now, due) = (Instant::now(), self.due());
         let mut next = due;
         if now >= due.checkpoint {
-            // A disk may be full for a while: what was kept before is kept still, and the render is worth going on.
             match self.state.keep(film, seconds, false) {
                 Ok(()) => {
                     let file = self.state.path().map(|path| path.display().to_string());
                     messages::event(&json!({ "event": "checkpoint", "file": file, "samples_per_pixel": film.spp }));
                 }
-                Err(error) => warn(&format!("{error}; the render goes on")),
+                Err(error) => self.go_on(&error),
             }
             // Where keeping takes longer than the time between, half of the time is work.
             next.checkpoint = later(Instant::now(), self.args.every.max(now.elapsed()));
@@ -197,7 +208,7 @@ impl Watch for Watcher<'_> {
         {
             let now = Instant::now();
             if let Err(error) = make_directory(path).and_then(|()| film.save_exposed(path, self.exposure)) {
-                warn(&format!("{error}; the render goes on"));
+                self.go_on(&error);
             }
             // A picture to look at is to cost a tenth of the time at most.
             next.preview = Some(later(Instant::now(), self.args.preview_every.max(9 * now.elapsed())));

@@ -215,7 +215,7 @@ fn render_shot(
     for path in &shot.outputs {
         let saved = match settings.shard {
             Some(shard) => part::write(path, &about(&settings, shard, &frame, &recipe, &render.film), &render.film),
-            None => render.film.save(path),
+            None => make_directory(path).and_then(|()| render.film.save(path)),
         };
         match saved {
             Ok(()) => written.push(path.as_path()),
@@ -233,13 +233,13 @@ fn render_shot(
     }
     if !complete {
         // The samples outlive their files.
-        state.keep(&render.film, render.stats.render_s, false)?;
-        if let Some(path) = state.path() {
-            warn(&format!(
-                "the finished render is kept in {}: the same command writes its files once they can be written",
-                path.display()
-            ));
-        }
+        let path = state.rescue(&render.film, render.stats.render_s)?;
+        let flag =
+            if state.path() == Some(&path) { String::new() } else { format!(" with --checkpoint {}", path.display()) };
+        warn(&format!(
+            "the finished render is kept in {}: the same command{flag} writes its files once they can be written",
+            path.display()
+        ));
         return Ok(false);
     }
     match args.keeping.keeps() {
@@ -270,7 +270,10 @@ fn stopped(shot: &Shot, state: &State, render: &Render, (spp, of_part): (u32, bo
         warn("stopped before the first sample: there is nothing to keep");
         return Ok(());
     }
-    state.keep(film, render.stats.render_s, false)?;
+    let kept = match state.path() {
+        Some(_) => Some(state.rescue(film, render.stats.render_s)?),
+        None => None,
+    };
     let mut partial = Vec::new();
     // The strip of a part is no picture.
     let images = if of_part { &[][..] } else { &shot.outputs };
@@ -283,8 +286,11 @@ fn stopped(shot: &Shot, state: &State, render: &Render, (spp, of_part): (u32, bo
     let of = if spp == u32::MAX { String::new() } else { format!(" of {spp}") };
     let done = film.spp_in_words();
     let so_far = if partial.is_empty() { String::new() } else { format!("; the image so far: {}", partial.join(", ")) };
-    let on = match state.path() {
-        Some(path) => format!("the same command goes on from there ({})", path.display()),
+    let on = match &kept {
+        Some(path) if Some(path.as_path()) == state.path() => {
+            format!("the same command goes on from there ({})", path.display())
+        }
+        Some(path) => format!("the same command with --checkpoint {} goes on from there", path.display()),
         None => "nothing is kept of them: the image is no file, and no --checkpoint is named".to_owned(),
     };
     warn(&format!("stopped after {done}{of} samples a pixel; {on}{so_far}"));

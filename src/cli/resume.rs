@@ -1,6 +1,7 @@
 //! An interrupted render goes on where it was, and a finished one can be extended: its sums are kept in a checkpoint.
 
 use crate::cli::messages::tell;
+use crate::cli::output::make_directory;
 use crate::cli::warn;
 use crate::error::{Error, Result};
 use crate::film::Film;
@@ -101,10 +102,34 @@ impl State {
     /// # Errors
     /// [`Error::Write`]: what was kept before is kept still.
     pub fn keep(&self, film: &Film, seconds: f64, finished: bool) -> Result<()> {
-        let Some(path) = &self.path else { return Ok(()) };
+        self.path.as_ref().map_or(Ok(()), |path| self.keep_in(path, film, seconds, finished))
+    }
+
+    fn keep_in(&self, path: &Path, film: &Film, seconds: f64, finished: bool) -> Result<()> {
+        // A folder that has vanished meanwhile is no reason to lose what it was made for.
+        make_directory(path)?;
         checkpoint::write(path, &self.recipe.0, (self.seconds + seconds, finished), film)?;
         tell(&format!("{}: {} samples a pixel are kept", path.display(), film.spp_in_words()));
         Ok(())
+    }
+
+    /// Keeps `film`, whose files cannot be written: in the checkpoint, or where that cannot be written either, among the system's
+    /// temporary files. Where.
+    ///
+    /// # Errors
+    /// [`Error::Write`] of the first of the two, if both fail.
+    pub fn rescue(&self, film: &Film, seconds: f64) -> Result<PathBuf> {
+        let elsewhere = |name: &Path| {
+            let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            std::env::temp_dir().join(format!("octray-{}-{name}", std::process::id()))
+        };
+        let path = self.path.clone().unwrap_or_else(|| elsewhere(Path::new("image.unfinished")));
+        let first = match self.keep_in(&path, film, seconds, false) {
+            Ok(()) => return Ok(path),
+            Err(error) => error,
+        };
+        let path = elsewhere(&path);
+        self.keep_in(&path, film, seconds, false).map(|()| path).map_err(|_| first)
     }
 
     /// Removes the file of a render that is finished now.

@@ -191,6 +191,20 @@ fn a_finished_render_outlives_its_output() {
     assert_eq!(names(&place), ["a.pfm", "b.pfm", "p.pfm"]);
 }
 
+/// A folder that vanishes is made again.
+#[test]
+fn a_vanished_folder_costs_nothing() {
+    let place = Place::new();
+    let [image, whole, preview] = ["new/a.pfm", "b.pfm", "p.pfm"].map(|name| place.path(name));
+    fine(&of_spp(&whole, "2000", &[]));
+    let render = begin(&of_spp(&image, "2000", &["--preview", &preview, "--preview-every", "1ms"]));
+    until(&preview);
+    fs::remove_dir_all(place.path("new")).unwrap();
+    let done = render.wait_with_output().unwrap();
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    assert_eq!(fs::read(&image).unwrap(), fs::read(&whole).unwrap());
+}
+
 #[test]
 fn outputs_never_replace_inputs() {
     let place = Place::new();

@@ -37,14 +37,22 @@ pub(in super::super) fn write(
             let ([r, g, b], [vr, vg, vb]) = ([r, g, b].map(kept), variance.map(kept));
             (r, g, b, vr, vg, vb)
         };
-        image(header, channels.with_pixel_fn(values)).write().non_parallel().to_buffered(out).map_err(encoding)
+        image(header, channels.with_pixel_fn(values)).write().non_parallel().to_buffered(out).map_err(failed)
     } else {
         let channels = SpecificChannels::build().with_channel(r).with_channel(g).with_channel(b);
         let values = move |place| {
             let [r, g, b] = at(place).0.map(kept);
             (r, g, b)
         };
-        image(header, channels.with_pixel_fn(values)).write().non_parallel().to_buffered(out).map_err(encoding)
+        image(header, channels.with_pixel_fn(values)).write().non_parallel().to_buffered(out).map_err(failed)
+    }
+}
+
+/// What the system said, if it did: a full disk has a hint of its own.
+fn failed(error: ::exr::error::Error) -> io::Error {
+    match error {
+        ::exr::error::Error::Io(error) => error,
+        other => encoding(other),
     }
 }
 
