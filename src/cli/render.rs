@@ -208,6 +208,8 @@ fn render_shot(
     }
     let mut found = findings(&render);
     found.extend(beyond_f32(&render, &shot.outputs));
+    // What of the view was known has been told before.
+    found.extend(render.stats.warnings.iter().filter(|warning| !warnings.contains(warning)).cloned());
     found.iter().for_each(|warning| warn(warning));
     warnings.extend(found);
     // Every file is tried: one full disk must not cost the image that fits elsewhere.

@@ -191,6 +191,30 @@ fn a_finished_render_outlives_its_output() {
     assert_eq!(names(&place), ["a.pfm", "b.pfm", "p.pfm"]);
 }
 
+/// Where the system allows no more threads, those that there are do the work. (Limits on processes do not hold for root.)
+#[test]
+#[cfg(target_os = "linux")]
+fn threads_that_cannot_be_started_are_done_without() {
+    let place = Place::new();
+    let image = place.path("a.pfm");
+    let program = env!("CARGO_BIN_EXE_octray");
+    fs::set_permissions(place.0.path(), std::os::unix::fs::PermissionsExt::from_mode(0o777)).unwrap();
+    let limited = ["--reuid=65534", "--clear-groups", "prlimit", "--nproc=1:1"];
+    let reaches =
+        Command::new("setpriv").args(limited).args(["test", "-x", program, "-a", "-r", "scenes/furnace.toml"]).status();
+    if !reaches.is_ok_and(|status| status.success()) {
+        println!("skipped: no other user can be one here, or reach {program}");
+        return;
+    }
+    let render = ["render", "scenes/furnace.toml", "-o", &image, "--spp", "4", "--quiet", "--threads", "8"];
+    let done = Command::new("setpriv").args(limited).arg(program).args(render).output().unwrap();
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    assert!(stderr(&done).contains("only 1 of 8 threads could be started"), "{}", stderr(&done));
+    let whole = place.path("b.pfm");
+    fine(&["render", "scenes/furnace.toml", "-o", &whole, "--spp", "4", "--quiet"]);
+    assert_eq!(fs::read(&image).unwrap(), fs::read(&whole).unwrap());
+}
+
 /// A folder that vanishes is made again.
 #[test]
 fn a_vanished_folder_costs_nothing() {
