@@ -72,7 +72,7 @@ impl KeepArgs {
             }
             let images = if of_images { &shot.outputs[..] } else { &[] };
             let mut partial = images.iter().filter_map(|path| partial_path(path));
-            partial.try_for_each(|path| check_place(&path, atomic::check))?;
+            partial.try_for_each(|path| check_place(&path, atomic::check).and_then(|()| places::claim(&path)))?;
         }
         // Frames may take turns in one preview.
         let mut previews: Vec<&PathBuf> = shots.iter().filter_map(|shot| shot.preview.as_ref()).collect();

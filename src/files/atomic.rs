@@ -4,9 +4,11 @@
 //! holds is a leftover, which the next run in that directory removes ([`check`]); on file systems without locks it stays.
 
 use crate::error::{Error, Result};
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use tempfile::NamedTempFile;
 
 /// Somewhere an encoder can write and step back.
@@ -137,8 +139,17 @@ fn temporary(directory: &Path) -> io::Result<NamedTempFile<File>> {
     }
 }
 
-/// Removes the temporary files in `directory` that nobody holds any more. What cannot be removed stays.
+/// Directories that this process has looked through for leftovers: once is enough, and each of thousands of frames is checked.
+static LOOKED_THROUGH: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Removes the temporary files in `directory` that nobody holds any more, the first time it is asked. What cannot be removed
+/// stays.
 fn remove_leftovers(directory: &Path) {
+    let mut looked_through = LOOKED_THROUGH.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    if !looked_through.insert(directory.to_owned()) {
+        return;
+    }
+    drop(looked_through);
     let Ok(entries) = fs::read_dir(directory) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();

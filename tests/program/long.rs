@@ -263,6 +263,8 @@ fn outputs_never_replace_inputs() {
     let twice = format!("--json={image}.json");
     refused(&["render", &scene, "-o", &image, "-o", &image], 2, "named for two outputs");
     refused(&["render", &scene, "-o", &image, "--checkpoint", &image], 2, "named for two outputs");
+    let partial = place.path("a.partial.png");
+    refused(&["render", &scene, "-o", &image, "-o", &partial], 2, "named for two outputs");
     refused(&["bench", &scene, "--scaling", &twice.replace("json.json", "x"), "--plot", &image], 2, "");
     // A link to what is not there yet is followed.
     std::os::unix::fs::symlink("real.png", &dangling).unwrap();
