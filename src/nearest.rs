@@ -30,6 +30,38 @@ pub fn close<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option
     near.or_else(|| holders.next().filter(|_| holders.next().is_none())).copied()
 }
 
+/// What `word`, which is none of `known`, may have been meant to be: the [`close`] one, or else the only one that it has the most
+/// letters in a row in common with, at least three and half of the shorter (`vfov` for `vertical_fov`).
+pub fn meant<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    if let Some(near) = close(word, known.iter().copied()) {
+        return Some(near);
+    }
+    if word.chars().nth(MOST_LETTERS).is_some() {
+        return None;
+    }
+    let lower = word.to_lowercase();
+    let shared = |candidate: &str| {
+        let (common, shorter) = (longest_common(&lower, candidate), lower.len().min(candidate.len()));
+        if common >= 3 && 2 * common >= shorter { common } else { 0 }
+    };
+    let most = known.iter().map(|candidate| shared(candidate)).max().filter(|&most| most > 0)?;
+    let mut best = known.iter().filter(|candidate| shared(candidate) == most);
+    best.next().filter(|_| best.next().is_none()).copied()
+}
+
+/// The length in bytes of the longest run that two short words have in common.
+fn longest_common(a: &str, b: &str) -> usize {
+    let mut row = vec![0; b.len() + 1];
+    let mut longest = 0;
+    for x in a.bytes() {
+        for (place, y) in b.bytes().enumerate().rev() {
+            row[place + 1] = if x == y { row[place] + 1 } else { 0 };
+            longest = longest.max(row[place + 1]);
+        }
+    }
+    longest
+}
+
 /// A word that others are compared with, letter by letter: by each letter, at which of its places it stands.
 struct Pattern {
     /// Of the letters that are ASCII.
@@ -143,6 +175,30 @@ mod tests {
         }
         assert_eq!(nearest("heigth", ["width", "height"]), Some("height"));
         assert_eq!(nearest("x", []), None);
+    }
+
+    #[test]
+    fn words_in_common_tell_what_is_meant() {
+        let known = ["position", "look_at", "up", "vertical_fov", "aperture_radius", "focus_distance", "key"];
+        for (word, wanted) in [
+            ("fov", Some("vertical_fov")),
+            ("vfov", Some("vertical_fov")),
+            ("fovy", Some("vertical_fov")),
+            ("FOV", Some("vertical_fov")),
+            ("camera_position", Some("position")),
+            ("lookat", Some("look_at")),
+            ("aperture", Some("aperture_radius")),
+            ("focal_distance", Some("focus_distance")),
+            ("keys", Some("key")),
+            ("eye", Some("key")),
+            ("width", None),
+            ("target", None),
+            ("", None),
+        ] {
+            assert_eq!(meant(word, &known), wanted, "{word}");
+        }
+        assert_eq!(meant("fov", &[]), None);
+        assert_eq!((longest_common("abcab", "xcabx"), longest_common("", "a"), longest_common("a", "")), (3, 0, 0));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::image::Image;
 use crate::import::obj::libraries::{Libraries, ObjMaterial};
 use crate::import::obj::mesh::{ObjFile, ObjMesh};
 use crate::import::obj::mtl::{MtlKind, MtlMaterial};
+use crate::import::obj::names;
 use crate::import::pictures::Numbers;
 use crate::import::toml::parse;
 use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, MeshEntry, SceneFile};
@@ -238,7 +239,7 @@ impl<'a> Assembly<'a> {
         }
         let used = take(&mut self.materials);
         let by_name: HashMap<&str, &MaterialEntry> = entries.iter().map(|entry| (entry.name.as_str(), entry)).collect();
-        let (mut undefined, mut names) = (Vec::new(), Names::default());
+        let (mut undefined, mut used_names) = (Vec::new(), Names::default());
         // Meshes of one file share materials: each is made, and told of, once.
         let mut made: HashMap<*const MtlMaterial, usize> = HashMap::new();
         for ObjMaterial { material, defined } in &used {
@@ -248,15 +249,19 @@ impl<'a> Assembly<'a> {
                 self.scene.materials.push(self.scene.materials[first].clone());
                 continue;
             }
-            let entry = by_name.get(material.name.as_str()).copied();
-            if names.add(&material.name) && !defined && entry.is_none() {
-                undefined.push(material.name.as_str());
+            let written = material.name.as_str();
+            // Quotes and comments of a name that no MTL has are none of it where the scene file has the rest.
+            let short = if *defined { written } else { names::plain(written) };
+            let name = [written, short].into_iter().find(|name| by_name.contains_key(name)).unwrap_or(written);
+            let entry = by_name.get(name).copied();
+            if used_names.add(name) && !defined && entry.is_none() {
+                undefined.push(name);
             }
             let mut resolved = resolve(self.path, material, entry)?;
             self.add_images(&mut resolved, material, entry)?;
             self.scene.materials.push(resolved);
         }
-        self.warn_of_unused(entries, &names);
+        self.warn_of_unused(entries, &used_names);
         if !undefined.is_empty() {
             let warning = format!("no MTL defines {}: grey (albedo 0.5) instead", list(&undefined));
             self.scene.warnings.push(warning);

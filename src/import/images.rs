@@ -2,10 +2,11 @@
 
 use crate::error::{Error, Result};
 use crate::import::assembly::Assembly;
-use crate::import::obj::mtl::{GREY, MtlMaterial, TextureRef};
+use crate::import::obj::maps::TextureRef;
+use crate::import::obj::mtl::{GREY, MtlMaterial};
 use crate::import::pictures::{read_mask, read_texture};
 use crate::import::toml::parse::MaterialEntry;
-use crate::scene::desc::{MaterialDesc, Scattering, TextureUse};
+use crate::scene::desc::{MaskDesc, MaterialDesc, Scattering, TextureUse};
 use std::path::Path;
 
 impl Assembly<'_> {
@@ -22,6 +23,7 @@ impl Assembly<'_> {
             Scattering::Diffuse { albedo } | Scattering::Plastic { albedo, .. } => Some(albedo),
             _ => None,
         };
+        let has_albedo = textured.is_some();
         if let Some((file, line)) = entry.and_then(|e| e.texture.as_ref()) {
             let fault = |why: String| Error::parse(self.path, Some(*line), format!("[material.{name}]: {why}"));
             let Some(albedo) = textured else {
@@ -39,6 +41,16 @@ impl Assembly<'_> {
             if resolved.texture.is_none() && reference.alone {
                 *albedo = GREY;
             }
+        } else if let (Some(reference), false, None) = (&material.texture, has_albedo, entry.and_then(|e| e.kind)) {
+            // Not where the scene file has chosen the kind: there nobody expects it.
+            let file = reference.path.display();
+            let kind = match resolved.scattering {
+                Scattering::Conductor { .. } => "conductor",
+                Scattering::Dielectric { .. } => "dielectric",
+                _ => "mirror",
+            };
+            let warning = format!("{file}: map_Kd has no effect on material `{name}`, a {kind}");
+            self.scene.warnings.push(warning);
         }
         if let (Some(reference), None) = (&material.emission_texture, entry.and_then(|e| e.emission)) {
             resolved.emission_texture = self.mtl_texture(name, reference);
@@ -91,8 +103,25 @@ impl Assembly<'_> {
     /// The number of the mask in `path`, read once.
     fn mask(&mut self, path: &Path) -> std::result::Result<u32, String> {
         self.mask_numbers.get_or(path, || {
-            self.scene.masks.push(read_mask(path)?);
+            let mask = read_mask(path)?;
+            self.scene.warnings.extend(mask_warning(&mask));
+            self.scene.masks.push(mask);
             Ok(self.scene.masks.len() as u32 - 1)
         })
+    }
+}
+
+/// Why a mask is not what its maker wanted, if so.
+fn mask_warning(mask: &MaskDesc) -> Option<String> {
+    let file = &mask.name;
+    let hides = |texel: &u8| *texel < 128;
+    match mask.texels.iter().any(hides) {
+        false => Some(format!(
+            "{file}: as a cut-out it masks nothing: all of its alpha channel (grey values where it has none) is one half or above"
+        )),
+        true if mask.texels.iter().all(hides) => {
+            Some(format!("{file}: as a cut-out it masks everything: nothing is seen of its materials"))
+        }
+        true => None,
     }
 }

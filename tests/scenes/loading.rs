@@ -13,3 +13,5 @@ mod placing;
 mod scene_files;
 mod shipped;
 mod triangulation;
+mod wild_losses;
+mod wild_obj;

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::files::read;
 use crate::import::obj::mtl;
 use crate::import::obj::mtl::MtlMaterial;
+use crate::import::obj::names;
 use crate::import::obj::text::ObjText;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -21,8 +22,69 @@ pub struct ObjMaterial {
     pub defined: bool,
 }
 
-/// The materials of one MTL file by their names.
-type Library = HashMap<String, Rc<MtlMaterial>>;
+/// One MTL file.
+#[derive(Debug)]
+pub struct Library {
+    /// The file.
+    pub path: PathBuf,
+    /// Its materials by their names as written; of several of one name the first.
+    exact: HashMap<String, Rc<MtlMaterial>>,
+    /// The same without quotes and comments, and so named, as far as `exact` has no such name.
+    plain: HashMap<String, Rc<MtlMaterial>>,
+    /// Names that it defines twice, differently.
+    differing: HashSet<String>,
+}
+
+impl Library {
+    fn new(path: &Path, materials: Vec<MtlMaterial>) -> Library {
+        let mut library =
+            Library { path: path.to_owned(), exact: HashMap::new(), plain: HashMap::new(), differing: HashSet::new() };
+        for material in materials {
+            match library.exact.get(&material.name) {
+                Some(first) if **first == material => {}
+                Some(_) => drop(library.differing.insert(material.name)),
+                None => drop(library.exact.insert(material.name.clone(), material.into())),
+            }
+        }
+        let mut written: Vec<&Rc<MtlMaterial>> = library.exact.values().collect();
+        // Two names may be the same without quotes; which is the first must not depend on a hash.
+        written.sort_by(|a, b| a.name.cmp(&b.name));
+        for material in written {
+            let name = names::plain(&material.name);
+            if name != material.name && !library.exact.contains_key(name) && !library.plain.contains_key(name) {
+                let named = MtlMaterial { name: name.to_owned(), ..(**material).clone() };
+                library.plain.insert(name.to_owned(), named.into());
+            }
+        }
+        library
+    }
+
+    /// How many names it has.
+    pub fn names(&self) -> usize {
+        self.exact.len() + self.plain.len()
+    }
+
+    /// The material of exactly this name.
+    pub fn exact(&self, name: &str) -> Option<&Rc<MtlMaterial>> {
+        self.exact.get(name)
+    }
+
+    /// The material of this name, its own name without quotes and comments.
+    pub fn plain(&self, name: &str) -> Option<&Rc<MtlMaterial>> {
+        self.exact.get(name).or_else(|| self.plain.get(name))
+    }
+
+    /// Whether it defines this name twice, differently.
+    pub fn differs(&self, name: &str) -> bool {
+        self.differing.contains(name)
+    }
+
+    /// All its materials by the names they are found by, and whether that is as written.
+    pub fn all(&self) -> impl Iterator<Item = (&str, bool, &Rc<MtlMaterial>)> {
+        let exact = self.exact.iter().map(|(name, material)| (name.as_str(), true, material));
+        exact.chain(self.plain.iter().map(|(name, material)| (name.as_str(), false, material)))
+    }
+}
 
 /// All MTL files of a scene: each is read once, however many meshes name it.
 #[derive(Debug, Default)]
@@ -31,53 +93,91 @@ pub struct Libraries {
     files: HashMap<PathBuf, Option<Rc<Library>>>,
 }
 
+/// What the `mtllib` lines of one OBJ name.
+#[derive(Default)]
+pub struct Named {
+    /// Each library once, in order of first naming.
+    pub libraries: Vec<Rc<Library>>,
+    /// By block of lines, the places of its libraries, in order.
+    pub blocks: Vec<Vec<usize>>,
+}
+
 impl Libraries {
-    /// The materials of `text.materials`, then the nameless one. What a reader should know is appended to `warnings`, once for
-    /// each file.
-    pub fn materials(&mut self, obj: &Path, text: &ObjText, warnings: &mut Vec<String>) -> Result<Vec<ObjMaterial>> {
-        let libraries = self.named_by(obj, text, warnings)?;
-        let material = |name: &String| {
-            // Of several that define a name the last one counts.
-            match (libraries.iter().rev().find_map(|library| library.get(name)), name.is_empty()) {
-                (Some(material), _) => ObjMaterial { material: material.clone(), defined: true },
-                (None, true) => nameless(),
-                (None, false) => ObjMaterial { material: MtlMaterial::grey(name).into(), defined: false },
+    /// The libraries that `text`, the OBJ file `obj`, names. What a reader should know is appended to `warnings`, once for each
+    /// file.
+    pub fn named_by(&mut self, obj: &Path, text: &ObjText, warnings: &mut Vec<String>) -> Result<Named> {
+        let mut named = Named::default();
+        let mut places: HashMap<*const Library, usize> = HashMap::new();
+        let mut by_line: HashMap<&str, Vec<usize>> = HashMap::new();
+        let mut missed = HashSet::new();
+        for lines in &text.libraries {
+            let mut block = Vec::new();
+            for line in lines {
+                if !by_line.contains_key(line.as_str()) {
+                    let found = self.read_line(obj, line, warnings, &mut |name| missed.insert(name.to_owned()))?;
+                    let mut place = |library: Rc<Library>| {
+                        *places.entry(Rc::as_ptr(&library)).or_insert_with(|| {
+                            named.libraries.push(library);
+                            named.libraries.len() - 1
+                        })
+                    };
+                    by_line.insert(line, found.into_iter().map(&mut place).collect());
+                }
+                block.extend_from_slice(&by_line[line.as_str()]);
             }
-        };
-        Ok(text.materials.iter().map(material).chain([nameless()]).collect())
+            named.blocks.push(block);
+        }
+        Ok(named)
     }
 
-    /// What the `mtllib` lines of an OBJ name, in the order in which they are named last: exporters name a library once a
-    /// material.
-    fn named_by(&mut self, obj: &Path, text: &ObjText, warnings: &mut Vec<String>) -> Result<Vec<Rc<Library>>> {
-        let mut seen = HashSet::new();
-        let mut lines: Vec<&String> = text.libraries.iter().rev().filter(|line| seen.insert(*line)).collect();
-        lines.reverse();
-        let mut libraries = Vec::new();
-        for line in lines {
-            // The whole rest of the line as one name, or else each of its words.
-            if let Some(library) = self.read(obj, line, warnings)? {
-                libraries.push(library);
+    /// The libraries of one `mtllib` line: its whole rest as one name, or else the names that it lists. `missed` is asked
+    /// whether it is news that a name cannot be read.
+    fn read_line(
+        &mut self,
+        obj: &Path,
+        line: &str,
+        warnings: &mut Vec<String>,
+        missed: &mut impl FnMut(&str) -> bool,
+    ) -> Result<Vec<Rc<Library>>> {
+        for name in [line, names::plain(line)] {
+            if let Some(library) = self.read(obj, name, warnings)? {
+                return Ok(vec![library]);
+            }
+        }
+        let mut found = Vec::new();
+        for group in split_names(line) {
+            let whole = group.join(" ");
+            let before = found.len();
+            let mut lost = Vec::new();
+            if let Some(library) = self.read(obj, &whole, warnings)? {
+                found.push(library);
                 continue;
             }
-            for name in split_names(line) {
-                match self.read(obj, &name, warnings)? {
-                    Some(library) => libraries.push(library),
-                    None => {
-                        let file = obj.display();
-                        warnings.push(format!("{file}: cannot read its material file `{name}`: grey instead"));
+            if group.len() > 1 {
+                for name in &group {
+                    match self.read(obj, name, warnings)? {
+                        Some(library) => found.push(library),
+                        None => lost.push(name.as_str()),
                     }
                 }
             }
+            // Where not even a word of it can be read it is a name with blanks.
+            if found.len() == before {
+                lost = vec![&whole];
+            }
+            for name in lost {
+                if missed(name) {
+                    let file = obj.display();
+                    warnings.push(format!("{file}: cannot read its material file `{name}`: grey instead"));
+                }
+            }
         }
-        Ok(libraries)
+        Ok(found)
     }
 
     /// The file that `obj` calls `name`; `None` if it cannot be read.
     fn read(&mut self, obj: &Path, name: &str, warnings: &mut Vec<String>) -> Result<Option<Rc<Library>>> {
-        // Exporters on Windows write backslashes.
-        for name in [name.to_owned(), name.replace('\\', "/")] {
-            let path = obj.with_file_name("").join(name);
+        for path in names::paths(obj, name) {
             if let Some(known) = self.files.get(&path) {
                 match known {
                     Some(library) => return Ok(Some(library.clone())),
@@ -90,10 +190,7 @@ impl Libraries {
                     return Err(Error::parse(obj, None, format!("mtllib: {error}")));
                 }
                 Err(_) => None,
-                Ok(bytes) => {
-                    let materials = mtl::parse_mtl(&path, &bytes, warnings)?;
-                    Some(Rc::new(materials.into_iter().map(|m| (m.name.clone(), m.into())).collect::<Library>()))
-                }
+                Ok(bytes) => Some(Rc::new(Library::new(&path, mtl::parse_mtl(&path, bytes, warnings)?))),
             };
             self.files.insert(path, library.clone());
             if library.is_some() {
@@ -104,22 +201,68 @@ impl Libraries {
     }
 }
 
-fn nameless() -> ObjMaterial {
-    ObjMaterial { material: MtlMaterial::grey(NO_MATERIAL).into(), defined: true }
-}
-
-/// The words of a line; a blank behind a backslash belongs to its word.
-fn split_names(names: &str) -> Vec<String> {
-    let mut split = vec![String::new()];
-    let mut letters = names.chars().peekable();
-    while let Some(letter) = letters.next() {
-        let last = split.len() - 1;
-        match letter {
-            '\\' if letters.peek() == Some(&' ') => split[last].extend(letters.next()),
-            _ if letter.is_whitespace() => split.push(String::new()),
-            _ => split[last].push(letter),
+/// The words of a line up to a comment, in groups that end in `.mtl`: names may have blanks. A blank behind a backslash, and what
+/// stands in quotes, belongs to its word.
+fn split_names(names: &str) -> Vec<Vec<String>> {
+    let mut groups = Vec::new();
+    let mut group: Vec<String> = Vec::new();
+    let mut rest = names.trim();
+    while !rest.is_empty() && !rest.starts_with('#') {
+        let word = match names::split_quoted(rest) {
+            Some((quoted, behind)) => {
+                rest = behind;
+                quoted.to_owned()
+            }
+            None => {
+                let (word, behind) = first_word(rest);
+                rest = behind;
+                word
+            }
+        };
+        let ends = word.to_ascii_lowercase().ends_with(".mtl");
+        group.push(word);
+        if ends {
+            groups.push(std::mem::take(&mut group));
         }
     }
-    split.retain(|name| !name.is_empty());
-    split
+    // What follows the last `.mtl` has none: each is a name by itself.
+    groups.extend(group.into_iter().map(|word| vec![word]));
+    groups
+}
+
+/// The first word of a text, and what follows.
+fn first_word(text: &str) -> (String, &str) {
+    let mut word = String::new();
+    let mut letters = text.char_indices().peekable();
+    while let Some((place, letter)) = letters.next() {
+        match letter {
+            '\\' if letters.peek().is_some_and(|next| next.1 == ' ') => word.extend(letters.next().map(|next| next.1)),
+            _ if letter.is_whitespace() => return (word, text[place..].trim_start()),
+            _ => word.push(letter),
+        }
+    }
+    (word, "")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_of_names_is_split_where_names_end() {
+        let cases: &[(&str, &[&[&str]])] = &[
+            ("a.mtl b.mtl", &[&["a.mtl"], &["b.mtl"]]),
+            ("two words.mtl\tB.MTL x y", &[&["two", "words.mtl"], &["B.MTL"], &["x"], &["y"]]),
+            ("\"a b.mtl\" 'c' d.mtl # e.mtl", &[&["a b.mtl"], &["c", "d.mtl"]]),
+            ("two\\ words.mtl sub\\a.mtl", &[&["two words.mtl"], &["sub\\a.mtl"]]),
+            ("# a.mtl", &[]),
+            ("", &[]),
+            ("\"a.mtl é", &[&["\"a.mtl"], &["é"]]),
+        ];
+        for (line, expected) in cases {
+            let groups = split_names(line);
+            let got: Vec<Vec<&str>> = groups.iter().map(|group| group.iter().map(String::as_str).collect()).collect();
+            assert_eq!(got, *expected, "{line}");
+        }
+    }
 }

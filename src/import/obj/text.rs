@@ -13,9 +13,11 @@
 
 use crate::error::{Error, Result};
 use crate::import::obj::corners::{Corner, Counts, read_corners};
-use crate::import::obj::lines::{logical_lines, split_keyword, values};
+use crate::import::obj::lines::{canonical, logical_lines, split_keyword, values};
+use crate::import::obj::names;
 use crate::import::obj::vectors::VectorLines;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::mem::take;
 use std::path::Path;
 
 /// Texture coordinates from here on count as 0: f32 leaves them too few digits to tell texels apart.
@@ -36,14 +38,26 @@ pub struct ObjText {
     pub sizes: Vec<u32>,
     /// The faces in runs of one material.
     pub runs: Vec<Run>,
-    /// Names of the materials used, in order of first use; empty: no name.
-    pub materials: Vec<String>,
-    /// What stands behind each `mtllib`.
-    pub libraries: Vec<String>,
+    /// The materials used, in order of first use.
+    pub materials: Vec<UsedMaterial>,
+    /// What stands behind `mtllib`, each once in every block of such lines that no `usemtl` and no face interrupts; blocks that
+    /// say the same are one.
+    pub libraries: Vec<Vec<String>>,
     /// Faces of fewer than three corners, left out.
     pub small_faces: usize,
     /// Line of the first of them.
     pub first_small_face: usize,
+    /// The first vertex has a colour behind its place, as scanners and sculpting programs write it.
+    pub coloured: bool,
+}
+
+/// What a `usemtl` says, and where.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct UsedMaterial {
+    /// The name as written; empty: no name.
+    pub name: String,
+    /// The block of [`ObjText::libraries`] that stands above it, if one does.
+    pub block: Option<u32>,
 }
 
 /// Faces that follow one another, of one material.
@@ -55,11 +69,45 @@ pub struct Run {
     pub faces: usize,
 }
 
+/// The blocks of `mtllib` lines as they come.
+#[derive(Default)]
+struct Blocks {
+    /// The lines of the block that goes on.
+    open: Vec<String>,
+    /// The number of each block so far.
+    numbers: HashMap<Vec<String>, u32>,
+    /// The last that was closed.
+    last: Option<u32>,
+}
+
+impl Blocks {
+    /// The number of the block above what is no `mtllib` line.
+    fn close(&mut self, blocks: &mut Vec<Vec<String>>) -> Option<u32> {
+        if !self.open.is_empty() {
+            let mut seen = HashSet::new();
+            let mut block = take(&mut self.open);
+            block.retain(|line| seen.insert(line.clone()));
+            let number = *self.numbers.entry(block).or_insert_with_key(|block| {
+                blocks.push(block.clone());
+                blocks.len() as u32 - 1
+            });
+            self.last = Some(number);
+        }
+        self.last
+    }
+}
+
+/// The keyword of a line, if it is one that is read in any capitals, and what stands behind it.
+fn split(line: &str) -> (&str, &str) {
+    let (keyword, rest) = split_keyword(line);
+    (canonical(keyword, &["v", "vt", "vn", "f", "usemtl", "mtllib"]), rest)
+}
+
 /// How many `v`, `vt` and `vn` lines `text` has.
 fn count_elements(text: &str) -> Counts {
     let mut counts = Counts::default();
     for (_, line) in logical_lines(text) {
-        match split_keyword(&line).0 {
+        match split(&line).0 {
             "v" => counts[0] += 1,
             "vt" => counts[1] += 1,
             "vn" => counts[2] += 1,
@@ -72,16 +120,20 @@ fn count_elements(text: &str) -> Counts {
 /// Takes apart the text of the OBJ file `path`.
 pub fn read_text(path: &Path, text: &str) -> Result<ObjText> {
     let mut obj = ObjText::default();
-    let mut numbers: HashMap<String, u32> = HashMap::new();
+    let mut numbers: HashMap<UsedMaterial, u32> = HashMap::new();
+    let mut blocks = Blocks::default();
     let mut so_far = Counts::default();
     // Only faces that name what stands below them, or nothing, need the whole file counted.
     let mut totals = None;
     let mut totals = || *totals.get_or_insert_with(|| count_elements(text));
     let mut run = Run { material: None, faces: 0 };
     for (number, line) in logical_lines(text) {
-        let (keyword, rest) = split_keyword(&line);
+        let (keyword, rest) = split(&line);
         match keyword {
             "v" => {
+                if so_far[0] == 0 {
+                    obj.coloured = matches!(values(rest).count(), 6 | 7);
+                }
                 obj.positions.push(values(rest));
                 so_far[0] += 1;
             }
@@ -93,11 +145,15 @@ pub fn read_text(path: &Path, text: &str) -> Result<ObjText> {
                 obj.normals.push(values(rest));
                 so_far[2] += 1;
             }
-            "mtllib" if !rest.is_empty() => obj.libraries.push(rest.to_owned()),
+            "mtllib" if names::has_control(rest) => {
+                return Err(Error::parse(path, Some(number), format!("`mtllib {rest}`: {}", names::CONTROL)));
+            }
+            "mtllib" if !rest.is_empty() => blocks.open.push(rest.to_owned()),
             "usemtl" => {
+                let used = UsedMaterial { name: rest.to_owned(), block: blocks.close(&mut obj.libraries) };
                 let materials = &mut obj.materials;
-                let slot = *numbers.entry(rest.to_owned()).or_insert_with(|| {
-                    materials.push(rest.to_owned());
+                let slot = *numbers.entry(used).or_insert_with_key(|used| {
+                    materials.push(used.clone());
                     materials.len() as u32 - 1
                 });
                 if run.material != Some(slot) {
@@ -106,6 +162,7 @@ pub fn read_text(path: &Path, text: &str) -> Result<ObjText> {
                 }
             }
             "f" => {
+                blocks.close(&mut obj.libraries);
                 let start = obj.corners.len();
                 read_corners(rest, so_far, &mut totals, &mut obj.corners)
                     .map_err(|message| Error::parse(path, Some(number), message))?;
@@ -115,6 +172,7 @@ pub fn read_text(path: &Path, text: &str) -> Result<ObjText> {
         }
     }
     obj.end_run(run);
+    blocks.close(&mut obj.libraries);
     Ok(obj)
 }
 
@@ -155,14 +213,14 @@ fn coordinates(rest: &str) -> [f32; 2] {
 
 /// The line of the `vn` number `index`, counted from 0.
 pub fn line_of_normal(text: &str, index: usize) -> usize {
-    let mut normals = logical_lines(text).filter(|(_, line)| split_keyword(line).0 == "vn");
+    let mut normals = logical_lines(text).filter(|(_, line)| split(line).0 == "vn");
     normals.nth(index).map_or(0, |(number, _)| number)
 }
 
 /// The second pass, when tobj refuses a file or a vertex is no number that `fits`: the line to blame and why.
 pub fn find_bad_number(text: &str, fits: impl Fn(f64) -> bool) -> Option<(usize, String)> {
     logical_lines(text).find_map(|(number, line)| {
-        let (keyword, rest) = split_keyword(&line);
+        let (keyword, rest) = split(&line);
         if !matches!(keyword, "v" | "vn") {
             return None;
         }

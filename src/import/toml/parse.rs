@@ -144,13 +144,18 @@ impl MaterialEntry {
     pub fn over(&self, kind: Kind, material: &MtlMaterial) -> Scattering {
         let albedo = self.albedo.unwrap_or(material.diffuse);
         let reflectance = self.reflectance.unwrap_or(material.specular);
-        let (alpha, ior) = (self.alpha.unwrap_or(material.alpha), self.ior.unwrap_or(material.ior));
+        let alpha = self.alpha.unwrap_or(material.alpha);
         match kind {
             Kind::Diffuse => Scattering::Diffuse { albedo },
             Kind::Mirror => Scattering::Mirror { reflectance },
             Kind::Conductor => Scattering::Conductor { alpha, reflectance, complex_ior: self.complex_ior },
-            Kind::Dielectric => Scattering::Dielectric { ior, transmittance: self.transmittance.unwrap_or([1.0; 3]) },
-            Kind::Plastic => Scattering::Plastic { albedo, ior, alpha },
+            Kind::Dielectric => Scattering::Dielectric {
+                ior: self.ior.unwrap_or(material.ior),
+                transmittance: self.transmittance.unwrap_or([1.0; 3]),
+            },
+            Kind::Plastic => {
+                Scattering::Plastic { albedo, ior: self.ior.unwrap_or_else(|| material.coat_ior()), alpha }
+            }
         }
     }
 }

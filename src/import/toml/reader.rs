@@ -1,7 +1,7 @@
 //! Reads tables of a TOML document key by key and says file, line, fault and remedy when something does not fit.
 
 use crate::error::{Error, Result};
-use crate::nearest::nearest;
+use crate::nearest::meant;
 use crate::scene::validate::{MOST_RADIANCE, fits_f32, is_radiance};
 use std::ops::Range;
 use std::path::Path;
@@ -114,8 +114,12 @@ impl<'a> Table<'a> {
                 return Err(self.not_yet(word, &format!("`{word}`")));
             }
             if !known.contains(&word) {
-                let all = known.iter().chain(later).copied();
-                let hint = nearest(word, all).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+                let all = [known, later].concat();
+                // Where nothing is near, all that may stand here: the nearest of words that have nothing in common misleads.
+                let hint = match meant(word, &all) {
+                    Some(near) => format!("; did you mean `{near}`?"),
+                    None => format!("; known here: {}", all.join(", ")),
+                };
                 return Err(self.document.error(key.span(), format!("unknown key `{word}` in {}{hint}", self.name)));
             }
         }

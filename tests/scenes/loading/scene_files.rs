@@ -96,6 +96,12 @@ fn unknown_keys_name_the_nearest() {
     fails_below("[material.floor]\nalbdo = [0, 0, 0]", &["scene.toml:7:", "[material.floor]", "`albedo`"]);
     fails_below("[environment]\nradiane = [0, 0, 0]", &["`radiance`"]);
     fails("[camera]\nlookat = [0, 0, 0]", &["scene.toml:2:", "`look_at`"]);
+    for word in ["fov", "vfov", "fovy", "FOV"] {
+        fails(&format!("[camera]\n{word} = 40"), &["scene.toml:2:", "did you mean `vertical_fov`?"]);
+    }
+    // Only what may stand there: all of it where nothing is near.
+    fails("[film]\nvertical_fov = 40", &["[film]; known here: width, height, filter"]);
+    fails_below("[environment]\nfile = 'a.hdr'", &["[environment]; known here: ", "map"]);
 }
 
 #[test]
