@@ -190,7 +190,7 @@ mod tests {
             ("aperture", Some("aperture_radius")),
             ("focal_distance", Some("focus_distance")),
             ("keys", Some("key")),
-            ("eye", Some("key")),
+            ("eye", None),
             ("width", None),
             ("target", None),
             ("", None),
