@@ -11,6 +11,7 @@ pub mod mesh;
 pub mod mtl;
 pub mod names;
 pub mod point_tree;
+pub mod sweep;
 pub mod text;
 pub mod triangulate;
 pub mod vectors;

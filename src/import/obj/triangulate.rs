@@ -2,11 +2,12 @@
 //!
 //! A polygon that its first corner sees as a whole (every convex one) becomes the fan about that corner. Any other is
 //! projected along its normal (Newell's sum of edge products) and cut ear by ear (Meisters 1975: a simple polygon
-//! always has an ear). A polygon that crosses itself or has no area has no right answer; it gets a fan, and the caller
-//! is told.
+//! always has an ear), or, where there are too many corners for that, by a sweep. A polygon that crosses itself or has no area has
+//! no right answer; it gets a fan, and the caller is told.
 
 use crate::import::obj::index_set::IndexSet;
 use crate::import::obj::point_tree::{PointTree, turn};
+use crate::import::obj::sweep::sweep;
 use glam::{DVec2, DVec3};
 
 /// How a polygon was cut.
@@ -18,7 +19,7 @@ pub enum Cut {
     Crossing,
 }
 
-/// What the searches of a polygon of `corners` may cost, in boxes looked at, before it is given up as crossing itself: 0.2 to
+/// What the searches of a polygon of `corners` may cost, in boxes looked at, before a sweep takes over: 0.2 to
 /// 0.5 s. Of polygons of 100,000 corners a comb or a star needs a tenth of it; a spiral of 160 turns, all of it.
 fn search_budget(corners: usize) -> usize {
     10_000_000 + 160 * corners.min(100_000)
@@ -77,10 +78,16 @@ fn project(corners: &[DVec3], normal: DVec3) -> Vec<DVec2> {
 fn clip_ears(points: &[DVec2], triangles: &mut Vec<[u32; 3]>) -> Cut {
     let mut ring = Ring::new(points);
     let mut budget = search_budget(points.len());
-    let mut at = 0;
+    let (mut at, first) = (0, triangles.len());
     while ring.len > 3 {
         // Corners in line with their neighbours go last: cut early, they would leave a T-junction on a long edge.
         let Some(ear) = ring.next_ear(at, &mut budget).or_else(|| ring.flat.next(at)).filter(|_| budget > 0) else {
+            // Whether a polygon that has used up its searches crosses itself is not known.
+            if let Some(swept) = (budget == 0).then(|| sweep(points)).flatten() {
+                triangles.truncate(first);
+                triangles.extend(swept);
+                return Cut::Tiled;
+            }
             fan(&ring.left(), triangles);
             return Cut::Crossing;
         };

@@ -2,6 +2,7 @@
 
 use super::common::load_obj;
 use glam::{DVec2, DVec3};
+use octray::internal::import::obj::sweep::sweep;
 use octray::internal::import::obj::triangulate::{Cut, newell_normal, triangulate};
 use proptest::prelude::*;
 
@@ -220,6 +221,106 @@ fn a_hundred_thousand_corners_are_tiled_soon() {
     }
 }
 
+/// The sweep's triangles of a simple polygon tile it: that many, none turned, areas adding up, every edge in one triangle and
+/// every diagonal in two.
+fn assert_swept(points: &[DVec2]) {
+    let n = points.len() as u32;
+    let triangles = sweep(points).unwrap_or_else(|| panic!("{n} corners are not swept"));
+    assert_eq!(triangles.len(), points.len() - 2);
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| points[i as usize]);
+        (b - a).perp_dot(c - a)
+    };
+    let whole: f64 = (0..points.len() - 1).map(|i| (points[i] - points[0]).perp_dot(points[i + 1] - points[0])).sum();
+    assert!(triangles.iter().all(|t| area(t) >= -1e-9 * whole));
+    assert!((triangles.iter().map(area).sum::<f64>() - whole).abs() < 1e-9 * whole);
+    let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let edges: std::collections::HashSet<[u32; 2]> = edges.collect();
+    assert_eq!(edges.len(), 3 * triangles.len(), "no edge twice in one direction");
+    assert!(edges.iter().all(|&[a, b]| (a + 1) % n == b || edges.contains(&[b, a])));
+}
+
+/// Hilbert's curve over 2^order by 2^order places, thickened.
+fn hilbert(order: u32) -> Vec<DVec2> {
+    let places = 1u32 << (2 * order);
+    let place = |number: u32| {
+        let (mut t, mut x, mut y) = (number, 0u32, 0u32);
+        for s in (0..order).map(|bit| 1 << bit) {
+            let (right, up) = (1 & (t / 2), 1 & (t ^ (t / 2)));
+            if up == 0 {
+                if right == 1 {
+                    (x, y) = (s - 1 - x, s - 1 - y);
+                }
+                (x, y) = (y, x);
+            }
+            (x, y, t) = (x + s * right, y + s * up, t / 4);
+        }
+        DVec2::new(x.into(), y.into())
+    };
+    let curve: Vec<DVec2> = (0..places).map(place).collect();
+    let last = curve.len() - 1;
+    let offset = |i: usize| {
+        let (into, out) = (curve[i] - curve[i.saturating_sub(1)], curve[(i + 1).min(last)] - curve[i]);
+        0.2 * match (into.perp(), out.perp()) {
+            (DVec2::ZERO, one) | (one, DVec2::ZERO) => one,
+            (one, other) if one == other => one,
+            (one, other) => one + other,
+        }
+    };
+    let right = (0..=last).map(|i| curve[i] - offset(i));
+    right.chain((0..=last).rev().map(|i| curve[i] + offset(i))).collect()
+}
+
+fn star(corners: u32, radius: impl Fn(u32) -> f64) -> Vec<DVec2> {
+    let angle = |i: u32| f64::from(i) / f64::from(corners) * std::f64::consts::TAU;
+    (0..corners).map(|i| DVec2::from_angle(angle(i)) * radius(i)).collect()
+}
+
+#[test]
+fn the_sweep_tiles_what_is_simple() {
+    let wild = |i: u32| 0.05 + f64::from(i.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
+    let arm = |r: f64| (0..500).map(move |i| f64::from(i) * 0.05).map(move |t| DVec2::from_angle(t) * (1.0 + t + r));
+    let teeth = (0..200).rev().map(|i| DVec2::new(f64::from(i), if i % 2 == 0 { 0.1 } else { 5.0 }));
+    let shapes: Vec<Vec<DVec2>> = vec![
+        star(3, |_| 1.0),
+        star(4, |_| 1.0),
+        star(1000, |_| 1.0),
+        star(1000, |i| [0.45, 0.9][i as usize % 2]),
+        star(1001, wild),
+        arm(0.5).rev().chain(arm(0.0)).rev().collect(),
+        [DVec2::ZERO, DVec2::new(199.0, -1.0)].into_iter().chain(teeth).collect(),
+        hilbert(1),
+        hilbert(4),
+    ];
+    for mut points in shapes {
+        for turned in 0..7 {
+            let angle = DVec2::from_angle(f64::from(turned) * 0.9);
+            let turned: Vec<DVec2> = points.iter().map(|p| angle.rotate(*p)).collect();
+            assert_swept(&turned);
+            let middle = points.len() / 3;
+            points.rotate_left(middle);
+            assert_swept(&points);
+        }
+    }
+}
+
+#[test]
+fn a_simple_polygon_of_very_many_corners_is_not_said_to_cross_itself() {
+    let wild = |i: u32| 0.05 + f64::from(i.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
+    let shapes = [
+        ("star", star(300_000, |i| [0.45, 0.9][i as usize % 2])),
+        ("wild star", star(300_000, wild)),
+        ("curve", hilbert(9)),
+    ];
+    for (name, points) in shapes {
+        let start = std::time::Instant::now();
+        assert_swept(&points);
+        let corners: Vec<DVec3> = points.iter().map(|p| DVec3::new(p.x, 0.0, -p.y)).collect();
+        assert_eq!(cut(&corners).1, Cut::Tiled, "{name}");
+        assert!(start.elapsed().as_secs_f64() < 20.0, "{name}: {:?}", start.elapsed());
+    }
+}
+
 #[test]
 fn polygons_of_many_corners_that_cross_themselves_end_soon() {
     let n = 300_000u64;
@@ -257,6 +358,26 @@ proptest! {
             corners.reverse();
         }
         assert_tiles(&corners, 1e-9);
+    }
+
+    /// The sweep takes no polygon that crosses itself, and every one in general position that does not.
+    #[test]
+    fn the_sweep_knows_what_crosses_itself(points in prop::collection::vec((0.0f64..1.0, 0.0f64..1.0), 4..9)) {
+        let mut points: Vec<DVec2> = points.into_iter().map(|(x, y)| DVec2::new(x, y)).collect();
+        if (0..points.len() - 1).map(|i| points[i].perp_dot(points[i + 1])).sum::<f64>()
+            + points[points.len() - 1].perp_dot(points[0]) < 0.0
+        {
+            points.reverse();
+        }
+        let n = points.len();
+        let side = |a: usize, b: usize, c: usize| (points[b % n] - points[a % n]).perp_dot(points[c % n] - points[a % n]) > 0.0;
+        let cross = |i: usize, j: usize| side(i, i + 1, j) != side(i, i + 1, j + 1) && side(j, j + 1, i) != side(j, j + 1, i + 1);
+        let neighbours = |i: usize, j: usize| i == j || (i + 1) % n == j || (j + 1) % n == i;
+        let crosses = (0..n).any(|i| (0..i).any(|j| !neighbours(i, j) && cross(i, j)));
+        prop_assert_eq!(sweep(&points).is_none(), crosses, "{:?}", points);
+        if !crosses {
+            assert_swept(&points);
+        }
     }
 
     /// Few places for many corners: most of them cross themselves, meet in points and turn back along their edges.
