@@ -8,6 +8,7 @@
 
 mod build;
 mod collapse;
+mod edges;
 pub mod flat;
 pub(crate) mod huge;
 pub mod node;

@@ -4,17 +4,17 @@
 //! distances from the ray's origin. That is nothing to most triangles. It is much to the width of a sliver, and to whatever
 //! stands on a triangle a thousand times its size. These two kinds are *precise*: whether and where a ray hits them is
 //! worked out in f64. So is, for any triangle, whether it is hit at all by a ray that sees it so nearly edge-on that rounding
-//! could carry the hit off it; and what covers a lamp or is covered by it in one plane: which of the two a ray meets first is then not a matter of rounding,
-//! and the same to rays that find the lamp by chance and to those that aim at it.
+//! could carry the hit off it; and what covers a lamp or is covered by it in one plane: which of the two a ray meets first is then
+//! not a matter of rounding, and the same to rays that find the lamp by chance and to those that aim at it.
 //!
 //! What both tests say of an edge must leave no gap where a precise triangle meets a common one. There, and only there, the
 //! precise test takes the edge to lie as far out as the common test may see it.
 
+use crate::bvh::edges::{Edges, edge_of, place};
 use crate::bvh::ray::{PERMUTATION, dominant_axis};
 use crate::bvh::threads;
 use glam::DVec3;
 use obvhs::bvh2::Bvh2;
-use std::collections::HashMap;
 
 /// The triangle is tested in f64.
 pub const PRECISE: u8 = 1 << 3;
@@ -330,66 +330,6 @@ fn for_each_in(
             }
         } else {
             pending.extend([first, first + 1]);
-        }
-    }
-}
-
-/// An edge: the bits of its two corners, the lower first.
-type Edge = [[u32; 3]; 2];
-
-fn edge_of(vertices: [[f32; 3]; 3], opposite: usize) -> Edge {
-    let (a, b) = (place(vertices[(opposite + 1) % 3]), place(vertices[(opposite + 2) % 3]));
-    if a < b { [a, b] } else { [b, a] }
-}
-
-/// The bits of a corner; both zeros are one place.
-fn place(corner: [f32; 3]) -> [u32; 3] {
-    corner.map(|x| (x + 0.0).to_bits())
-}
-
-/// What is known of edges, those of precise triangles. (By place, not through the tree: of slivers that all overlap, each would
-/// meet all the others.)
-struct Edges<T> {
-    of_edge: HashMap<Edge, T>,
-    /// A bit for the hash of every corner of these edges: hardly any other triangle has two of them.
-    corners: Vec<u64>,
-}
-
-impl<T> Edges<T> {
-    fn new(triangles: usize) -> Edges<T> {
-        // 16 bits a triangle: one in some six is set.
-        Edges { of_edge: HashMap::new(), corners: vec![0; (triangles / 4).next_power_of_two().max(16)] }
-    }
-
-    /// Word and bit of a corner.
-    fn bit(&self, corner: [u32; 3]) -> (usize, u64) {
-        let mix = |hash: u64, bits: u32| (hash ^ u64::from(bits)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
-        let hash = corner.into_iter().fold(0, mix);
-        ((hash >> 6) as usize & (self.corners.len() - 1), 1 << (hash & 63))
-    }
-
-    /// What is known of an edge; first `new`.
-    fn entry(&mut self, edge: Edge, new: T) -> &mut T {
-        for corner in edge {
-            let (word, bit) = self.bit(corner);
-            self.corners[word] |= bit;
-        }
-        self.of_edge.entry(edge).or_insert(new)
-    }
-
-    /// What is known of the edges of a triangle, of those of which anything is.
-    fn known(&mut self, vertices: [[f32; 3]; 3], mut tell: impl FnMut(&mut T)) {
-        let may_be = vertices.map(|corner| {
-            let (word, bit) = self.bit(place(corner));
-            self.corners[word] & bit != 0
-        });
-        for opposite in 0..3 {
-            if may_be[(opposite + 1) % 3]
-                && may_be[(opposite + 2) % 3]
-                && let Some(known) = self.of_edge.get_mut(&edge_of(vertices, opposite))
-            {
-                tell(known);
-            }
         }
     }
 }

@@ -47,6 +47,19 @@ fn checked(block: *mut u8, size: usize) -> *mut u8 {
     block
 }
 
+/// A block of `layout` that the system gives where it fits.
+#[inline]
+fn block_of(layout: Layout, system: impl FnOnce() -> *mut u8) -> *mut u8 {
+    if !take(layout.size()) {
+        return checked(std::ptr::null_mut(), layout.size());
+    }
+    let block = system();
+    if block.is_null() {
+        give_back(layout.size());
+    }
+    checked(block, layout.size())
+}
+
 #[cold]
 fn refuse(size: usize) -> ! {
     // Nothing here takes memory.
@@ -62,27 +75,13 @@ fn refuse(size: usize) -> ! {
 // trait allows, is all that is ever returned in a block's place.
 unsafe impl GlobalAlloc for Guarded {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        if !take(layout.size()) {
-            return checked(std::ptr::null_mut(), layout.size());
-        }
         // SAFETY: the caller's promise about `layout` is the one that `System` asks for.
-        let block = unsafe { System.alloc(layout) };
-        if block.is_null() {
-            give_back(layout.size());
-        }
-        checked(block, layout.size())
+        block_of(layout, || unsafe { System.alloc(layout) })
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        if !take(layout.size()) {
-            return checked(std::ptr::null_mut(), layout.size());
-        }
         // SAFETY: as in `alloc`.
-        let block = unsafe { System.alloc_zeroed(layout) };
-        if block.is_null() {
-            give_back(layout.size());
-        }
-        checked(block, layout.size())
+        block_of(layout, || unsafe { System.alloc_zeroed(layout) })
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {

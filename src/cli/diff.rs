@@ -45,6 +45,9 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
         check_heatmap_path(path)?;
     }
     let (mut a, mut b) = places::reading(|| Ok((Image::read(&args.a)?, Image::read(&args.b)?)))?;
+    for (path, image) in [(&args.a, &a), (&args.b, &b)] {
+        image.warnings.iter().for_each(|warning| warn(&format!("{}: {warning}", path.display())));
+    }
     let windows = a.windows.is_some() || b.windows.is_some();
     let area = if windows { overlap(args, &a, &b)? } else { a.data() };
     if windows {

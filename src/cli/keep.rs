@@ -3,7 +3,7 @@
 use crate::cli::frames::Shot;
 use crate::cli::output::{check_place, make_directory};
 use crate::cli::progress::Bar;
-use crate::cli::resume::State;
+use crate::cli::resume::{State, remove_unfinished};
 use crate::cli::{args, messages, places, warn};
 use crate::error::{Error, Result};
 use crate::files::atomic;
@@ -113,11 +113,7 @@ pub fn partial_path(image: &Path) -> Option<PathBuf> {
 
 /// Removes the pictures so far of a render that is finished now.
 pub fn remove_partial(images: &[PathBuf]) {
-    for path in images.iter().filter_map(|path| partial_path(path)).filter(|path| path.is_file()) {
-        if let Err(error) = std::fs::remove_file(&path) {
-            warn(&format!("{}: no longer needed, and cannot be removed: {error}", path.display()));
-        }
-    }
+    images.iter().filter_map(|path| partial_path(path)).for_each(|path| remove_unfinished(&path));
 }
 
 /// Looks on for the program: shows progress, hears the wish to stop, keeps checkpoints and previews.
@@ -133,11 +129,10 @@ pub struct Watcher<'a> {
     told: Mutex<String>,
 }
 
-/// When what is to be kept next.
+/// When what is to be kept next, if it is kept at all.
 #[derive(Clone, Copy)]
 struct Due {
-    checkpoint: Instant,
-    /// `None`: there is no preview.
+    checkpoint: Option<Instant>,
     preview: Option<Instant>,
 }
 
@@ -152,7 +147,9 @@ impl<'a> Watcher<'a> {
         exposure: f64,
     ) -> Watcher<'a> {
         let now = Instant::now();
-        let due = Due { checkpoint: later(now, args.every), preview: preview.map(|_| later(now, args.preview_every)) };
+        // A device has no checkpoint beside it.
+        let checkpoint = state.path().map(|_| later(now, args.every));
+        let due = Due { checkpoint, preview: preview.map(|_| later(now, args.preview_every)) };
         Watcher { args, state, preview, bar, stop, exposure, due: Mutex::new(due), told: Mutex::default() }
     }
 
@@ -185,14 +182,14 @@ impl Watch for Watcher<'_> {
 
     fn pause_after(&self) -> Option<Duration> {
         let Due { checkpoint, preview } = self.due();
-        let next = preview.map_or(checkpoint, |preview| preview.min(checkpoint));
+        let next = [checkpoint, preview].into_iter().flatten().min()?;
         Some(next.saturating_duration_since(Instant::now()))
     }
 
     fn pause(&self, film: &Film, seconds: f64) {
         let (now, due) = (Instant::now(), self.due());
         let mut next = due;
-        if now >= due.checkpoint {
+        if due.checkpoint.is_some_and(|due| now >= due) {
             match self.state.keep(film, seconds, false) {
                 Ok(()) => {
                     let file = self.state.path().map(|path| path.display().to_string());
@@ -201,7 +198,7 @@ impl Watch for Watcher<'_> {
                 Err(error) => self.go_on(&error),
             }
             // Where keeping takes longer than the time between, half of the time is work.
-            next.checkpoint = later(Instant::now(), self.args.every.max(now.elapsed()));
+            next.checkpoint = Some(later(Instant::now(), self.args.every.max(now.elapsed())));
         }
         if let (Some(path), Some(preview)) = (self.preview, due.preview)
             && now >= preview

@@ -7,6 +7,7 @@ mod exr;
 mod hdr;
 mod pfm;
 mod png;
+mod primaries;
 
 use crate::color::srgb8;
 use crate::error::{Error, Result};
@@ -94,6 +95,7 @@ impl Film {
             variance: self.sums().tell_errors().then(|| places().map(|(x, y)| self.variance(x, y)).collect()),
             metadata: self.metadata.clone(),
             windows: self.windows(),
+            ..Image::default()
         }
     }
 
@@ -164,6 +166,10 @@ pub struct Image {
     pub metadata: Vec<(String, String)>,
     /// Where the pixels lie in the display window; `None`: they fill it.
     pub windows: Option<Windows>,
+    /// The file says that the six faces of a cube lie here one below the other.
+    pub is_cube: bool,
+    /// What a reader of the file should know of how it was taken.
+    pub warnings: Vec<String>,
 }
 
 impl Image {
@@ -234,7 +240,32 @@ impl Image {
             variance: self.variance.as_ref().map(rows),
             metadata: self.metadata.clone(),
             windows: Some(Windows { display: self.display(), data_origin: (area.x, area.y) }),
+            ..Image::default()
         }
+    }
+
+    /// The picture as it is to be shown: the display window, black where there is no data.
+    ///
+    /// # Errors
+    /// There is no memory for it; the message says so.
+    pub fn shown(self) -> std::result::Result<Image, String> {
+        let (shown, data) = (self.display(), self.data());
+        if self.windows.is_none() {
+            return Ok(self);
+        }
+        claim(shown.width.into(), shown.height.into(), 12)?;
+        let mut pixels = vec![[0.0; 3]; shown.width as usize * shown.height as usize];
+        if let Some(both) = shown.overlap(&data) {
+            let place = |of: Bounds, row: u32| {
+                let (x, y) = (both.x.abs_diff(of.x) as usize, both.y.abs_diff(of.y) as usize);
+                let start = (y + row as usize) * of.width as usize + x;
+                start..start + both.width as usize
+            };
+            for row in 0..both.height {
+                pixels[place(shown, row)].copy_from_slice(&self.pixels[place(data, row)]);
+            }
+        }
+        Ok(Image { width: shown.width, height: shown.height, pixels, variance: None, windows: None, ..self })
     }
 
     /// The value at column `x` of row `y`, row 0 at the top.

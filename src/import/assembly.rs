@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::files::read;
-use crate::image::Image;
+use crate::import::environment::load_map;
 use crate::import::obj::libraries::{Libraries, ObjMaterial};
 use crate::import::obj::mesh::{ObjFile, ObjMesh};
 use crate::import::obj::mtl::{MtlKind, MtlMaterial};
@@ -102,41 +102,6 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
 pub fn load_camera_path(path: &Path) -> Result<(CameraDesc, CameraPath)> {
     let bytes = read::bytes(path)?;
     parse::parse_camera_path(path, &parse::toml_text(path, bytes)?)
-}
-
-/// Reads the environment map that `desc` names; `None` if it is all black. What cannot be radiance is an error where it is
-/// infinite, and counts 0, with a warning, where it is negative or no number.
-fn load_map(scene: &Path, line: usize, mut desc: MapDesc, warnings: &mut Vec<String>) -> Result<Option<MapDesc>> {
-    let file = scene.with_file_name("").join(&desc.file);
-    let fault = |message: String| Error::parse(scene, Some(line), format!("[environment]: {message}"));
-    let image = Image::read(&file).map_err(|error| fault(error.to_string().replace('\n', ", ")))?;
-    (desc.width, desc.height, desc.texels) = (image.width, image.height, image.pixels);
-    let mut mended = 0;
-    for texel in &mut desc.texels {
-        if texel.iter().any(|&c| c < 0.0 || c.is_nan()) {
-            mended += 1;
-            *texel = texel.map(|c| if c > 0.0 { c } else { 0.0 });
-        }
-    }
-    let name = file.display();
-    if mended > 0 {
-        warnings.push(format!("{name}: {mended} texels are negative or not a number; what is counts as 0"));
-    }
-    if let Some(i) = desc.texels.iter().position(|texel| texel.iter().any(|c| c.is_infinite())) {
-        let (x, y) = (i as u32 % desc.width, i as u32 / desc.width);
-        return Err(fault(format!("{name}: texel {x},{y} is infinite: clamp the map to what the light really is")));
-    }
-    if desc.texels.iter().all(|texel| *texel == [0.0; 3]) || desc.scale == 0.0 {
-        warnings.push(format!("{name}: the environment map is black"));
-        return Ok(None);
-    }
-    desc.file = name.to_string();
-    let environment = EnvironmentDesc::Map(desc);
-    match (validate::environment_fault(&environment), environment) {
-        (Some(message), _) => Err(fault(message)),
-        (None, EnvironmentDesc::Map(desc)) => Ok(Some(desc)),
-        (None, EnvironmentDesc::Constant { .. }) => Ok(None),
-    }
 }
 
 /// Whether any triangle shines.

@@ -4,6 +4,7 @@
 //! One folder a format; [`assembly`] puts together what they give. Nothing here knows of tables or engines.
 
 pub mod assembly;
+mod environment;
 mod images;
 mod jpeg;
 pub mod obj;

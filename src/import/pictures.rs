@@ -1,4 +1,4 @@
-//! Picture files, PNG and JPEG: each read once, and only if it is whole.
+//! Picture files, PNG, JPEG and TGA: each read once, and only if it is whole.
 
 use crate::error::Error;
 use crate::files::read;
@@ -29,14 +29,25 @@ impl Numbers {
     }
 }
 
-/// Decodes a PNG or JPEG file; the message says why it cannot.
+/// The format that a file's first bytes tell, whatever it is called; TGA files have none that do.
+fn format(path: &Path, bytes: &[u8]) -> std::result::Result<ImageFormat, String> {
+    let is_tga = || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tga"));
+    match ::image::guess_format(bytes) {
+        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => Ok(format),
+        // A TGA file may begin with almost anything.
+        _ if is_tga() => Ok(ImageFormat::Tga),
+        _ => Err("it is no PNG, JPEG or TGA file".into()),
+    }
+}
+
+/// Decodes a PNG, JPEG or TGA file; the message says why it cannot.
 fn read_image(path: &Path) -> std::result::Result<::image::DynamicImage, String> {
     let bytes = read::bytes(path).map_err(|error| match error {
         // Whoever tells of it names the file.
         Error::Read { source, .. } => source.to_string(),
         error => error.to_string(),
     })?;
-    let format = ::image::guess_format(&bytes).map_err(|error| error.to_string())?;
+    let format = format(path, &bytes)?;
     let picture = decode(&bytes, format)?;
     // Asked behind the decoder, which knows what sizes are too large.
     if format == ImageFormat::Jpeg
@@ -50,7 +61,7 @@ fn read_image(path: &Path) -> std::result::Result<::image::DynamicImage, String>
     Ok(picture)
 }
 
-/// Reads a PNG or JPEG file; the message says why it cannot.
+/// Reads a PNG, JPEG or TGA file; the message says why it cannot.
 pub fn read_texture(path: &Path) -> std::result::Result<TextureDesc, String> {
     // Alpha is no colour; 16-bit files lose their lower half.
     let picture = read_image(path)?.to_rgb8();
@@ -63,7 +74,7 @@ pub fn read_texture(path: &Path) -> std::result::Result<TextureDesc, String> {
     })
 }
 
-/// Reads a PNG or JPEG file as a mask: its alpha channel if it has one, else its luminance (of a grey picture the grey
+/// Reads a PNG, JPEG or TGA file as a mask: its alpha channel if it has one, else its luminance (of a grey picture the grey
 /// itself). The numbers are taken as they are, not as sRGB. The message says why it cannot.
 pub fn read_mask(path: &Path) -> std::result::Result<MaskDesc, String> {
     let picture = read_image(path)?;

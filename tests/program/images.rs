@@ -83,7 +83,7 @@ fn exr_has_variance_of_the_mean_and_settings() {
     let variance = image.variance.expect("variance channels");
     assert_eq!(variance[2 * 5 + 3], film.variance(3, 2));
     assert!(variance.iter().flatten().all(|v| *v > 0.0));
-    let expected = [("spp", "4"), ("scene", "Küche \\u{2192} hell.toml")];
+    let expected = [("spp", "4"), ("scene", "Küche → hell.toml")];
     let expected = expected.map(|(key, value)| (key.to_owned(), value.to_owned()));
     assert_eq!(image.metadata, expected);
 }

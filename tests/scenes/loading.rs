@@ -3,6 +3,7 @@
 mod common;
 mod descriptions;
 mod environments;
+mod foreign_images;
 mod growth;
 mod instances;
 mod materials;

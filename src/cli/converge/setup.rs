@@ -236,6 +236,7 @@ fn reference_from_file(path: &Path, experiment: &Experiment) -> Result<Reference
 /// An image of the whole film that `flag` names.
 pub fn whole_image(path: &Path, flag: &str, experiment: &Experiment) -> Result<Image> {
     let image = Image::read(path)?;
+    image.warnings.iter().for_each(|warning| warn(&format!("{flag} {}: {warning}", path.display())));
     let (width, height) = experiment.film();
     if (image.width, image.height) != (width, height) {
         return Err(Error::Usage(format!(

@@ -3,12 +3,14 @@
 #[cfg(not(feature = "exr"))]
 mod absent;
 #[cfg(feature = "exr")]
-mod codec;
+mod read;
+#[cfg(feature = "exr")]
+mod write;
 
 #[cfg(not(feature = "exr"))]
 pub(super) use absent::{read, write};
 #[cfg(feature = "exr")]
-pub(super) use codec::{read, write};
+pub(super) use {read::read, write::write};
 
 use crate::image::Windows;
 

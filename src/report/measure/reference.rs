@@ -169,7 +169,8 @@ fn checksum(image: &Image) -> String {
     format!("{:016x}", sum.value())
 }
 
-/// The reference kept in `path`, if it was made for `key` and nothing of it has changed. Whatever else stands there is no reference of ours.
+/// The reference kept in `path`, if it was made for `key` and nothing of it has changed. Whatever else stands there is no
+/// reference of ours.
 pub fn kept(path: &Path, key: &str, how: Configuration) -> Option<Reference> {
     let mut image = Image::read(path).ok()?;
     let text = |name: &str| image.metadata.iter().find(|(key, _)| key == name).map(|(_, value)| value.clone());
