@@ -109,6 +109,5 @@ fn shared_cases_end_in_one_error() {
     fs::write(&scene, format!("[[mesh]]\nobj = \"s.obj\"\n[material.m]\nkind = \"diffuse\"\ntexture = \"{jpeg}\"\n"))
         .unwrap();
     refused(&["info", &scene], 200, "s.toml:5: ");
-    let said = stderr(&octray(&["info", &at("escape_injection.obj")]));
-    assert!(said.contains("PWNED") && !said.contains('\u{1b}'), "{said}");
+    refused(&["info", &at("escape_injection.obj")], 200, "PWNED");
 }

@@ -290,8 +290,15 @@ fn only_regular_files_are_read() {
 fn messages_obey_nobody_and_have_an_end() {
     let place = Place::new();
     let obj = place.path("a.obj");
-    fs::write(&obj, "mtllib \u{1b}]0;PWNED\u{7}x.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    fs::write(&obj, format!("{corners}usemtl \u{1b}]0;PWNED\u{7}x\nf 1 2 3\n")).unwrap();
     let said = fine(&["info", &obj]);
+    assert!(said.contains(r"\u{1b}]0;PWNED\u{7}x") && !said.contains('\u{1b}'), "{said}");
+    // Nobody gives a file such a name.
+    fs::write(&obj, format!("mtllib \u{1b}]0;PWNED\u{7}x.mtl\n{corners}f 1 2 3\n")).unwrap();
+    let done = octray(&["info", &obj]);
+    let said = stderr(&done);
+    assert_eq!(done.status.code(), Some(2), "{said}");
     assert!(said.contains(r"\u{1b}]0;PWNED\u{7}x.mtl") && !said.contains('\u{1b}'), "{said}");
     fs::write(&obj, format!("v 0 0 {}\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "9".repeat(5_000_000))).unwrap();
     let done = octray(&["info", &obj]);
