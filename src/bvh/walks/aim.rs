@@ -75,8 +75,9 @@ fn precisely(
                     |v| columns(v),
                 ),
             );
-            let (mut bits, mut ts) = (found.0.bits() & !coarse.bits(), found.1.to_array());
-            for lane in (0..LANES).filter(|lane| coarse.bits() >> lane & 1 == 1) {
+            let coarse = coarse.bits();
+            let (mut bits, mut ts) = (found.0.bits() & !coarse, found.1.to_array());
+            for lane in (0..LANES).filter(|lane| coarse >> lane & 1 == 1) {
                 let at = |column: [[f32; LANES]; 3]| column.map(|axis| axis[lane]);
                 let (ray, corners) = (PreciseRay::new(at(origin), at(direction)), vertices.map(at));
                 let t = match classes[lane] & PRECISE != 0 {

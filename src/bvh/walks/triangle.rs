@@ -334,7 +334,8 @@ fn edge_on_t(rays: &RayPacket, vertices: [[f32; 3]; 3], edges: &Edges, lanes: Ma
     let columns = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
     let (origin, direction) = (columns(rays.origin), columns(rays.direction));
     let (mut hit, mut t, tmin) = (0, (edges.t_scaled / edges.det).to_array(), rays.tmin.to_array());
-    for (lane, t) in t.iter_mut().enumerate().filter(|(lane, _)| lanes.bits() >> lane & 1 == 1) {
+    let lanes = lanes.bits();
+    for (lane, t) in t.iter_mut().enumerate().filter(|(lane, _)| lanes >> lane & 1 == 1) {
         let ray = PreciseRay::new(origin.map(|axis| axis[lane]), direction.map(|axis| axis[lane]));
         if let Some(at) = ray.edge_on(vertices, *t, tmin[lane]) {
             (hit, *t) = (hit | 1 << lane, at);

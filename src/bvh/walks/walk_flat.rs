@@ -198,7 +198,9 @@ fn stand(flat: &Flat, packet: &RayPacket, best: &Best, lanes: Mask8) -> bool {
             let (t, triangle, tmin) = (best.t.to_array(), best.triangle.to_array(), packet.tmin.to_array());
             let [ox, oy, oz] = [packet.origin.x, packet.origin.y, packet.origin.z].each(F32x8::to_array);
             let [dx, dy, dz] = [packet.direction.x, packet.direction.y, packet.direction.z].each(F32x8::to_array);
-            (0..LANES).filter(|lane| lanes.bits() >> lane & 1 == 1).all(|i| {
+            // An iterator's closures may be compiled as functions of no level: they get no lanes.
+            let lanes = lanes.bits();
+            (0..LANES).filter(|lane| lanes >> lane & 1 == 1).all(|i| {
                 let ray = PreciseRay::new([ox[i], oy[i], oz[i]], [dx[i], dy[i], dz[i]]);
                 flat.vertices(triangle[i]).and_then(|vertices| ray.edge_on(vertices, t[i], tmin[i])) == Some(t[i])
             })
