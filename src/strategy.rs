@@ -99,6 +99,16 @@ impl Weight {
         )
     }
 
+    /// What the sample of a delta light counts by this rule: all of its light, since no hit finds any of it.
+    pub const fn of_delta_light(self) -> f32 {
+        match self {
+            Weight::Zero => 0.0,
+            Weight::One | Weight::Half | Weight::Balance | Weight::Power => 1.0,
+            // The coin has chosen the light half of the time.
+            Weight::TwiceBalance => 2.0,
+        }
+    }
+
     /// The weight in words.
     fn formula(self) -> &'static str {
         match self {

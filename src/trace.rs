@@ -12,8 +12,8 @@ pub struct TraceVertex {
     pub event: &'static str,
     /// The triangle concerned, [`crate::bvh::ray::NO_HIT`] if none.
     pub triangle: u32,
-    /// The triangle of the light that a light sample was sent to, [`crate::bvh::ray::NO_HIT`]: the environment.
-    pub light: u32,
+    /// The light that a light sample was sent to.
+    pub light: Option<TracedLight>,
     /// Ray parameter of the hit, where there is one.
     pub t: f64,
     /// Where it happened; of a `ray` its origin.
@@ -69,6 +69,17 @@ pub const ROULETTE_SURVIVED: &str = "roulette survived";
 pub const COIN: &str = "coin";
 /// The event of a path that ends otherwise than by leaving the scene or by roulette.
 pub const END: &str = "end";
+
+/// The light of a light sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TracedLight {
+    /// What surrounds the scene.
+    Environment,
+    /// The emissive triangle with this id.
+    Triangle(u32),
+    /// The delta light with this number, of those of the scene that shine.
+    Delta(u32),
+}
 
 /// A shadow ray and what it carries.
 #[derive(Clone, Copy, Debug)]

@@ -20,6 +20,7 @@ use glam::DVec3;
 pub const CHECKS: &[Check] = &[
     Check { group: "lights", what: "solid_angle_1e-12_to_2pi", run: solid_angle },
     Check { group: "lights", what: "distance_1e-6_to_1e6", run: distance },
+    Check { group: "lights", what: "delta_1e-6_to_1e6", run: delta },
     Check { group: "lights", what: "touching_a_floor", run: touching_a_floor },
     Check { group: "lights", what: "touching_a_tilted_floor", run: touching_a_tilted_floor },
     Check { group: "lights", what: "edge_on", run: edge_on },
@@ -44,6 +45,9 @@ pub const CASES: &[(&str, &[f64])] = &[
     ("lamp", &[3e5, 1e6, 1.0, 0.5, 0.0]),
     ("lamp", &[0.5, 1.0, 1e-30, 0.5, 0.0]),
     ("lamp", &[0.5, 1.0, 1e30, 0.5, 0.0]),
+    ("delta", &[0.0, 1e-6, 0.0, 0.0, 1e-6]),
+    ("delta", &[1.0, 1e6, 0.1, 0.5, 0.0]),
+    ("delta", &[2.0, 1.0, 89.9, 0.0, 0.0]),
     ("touching", &[4e-5, 0.0]),
     ("touching", &[4e-3, 1.0]),
     ("edge_on", &[1e-6]),
@@ -154,6 +158,24 @@ fn distance(effort: &Effort) -> Result<Outcome> {
         lit.add("lamp", &[0.4 * distance, distance, 1.0, 0.5, 0.1 * distance.min(10.0)], strategies, spp, 1e-4)?;
     }
     Ok(lit.outcome("lamps at 1e-6 to 1e6"))
+}
+
+/// Lights that no ray can hit, at all distances and of all cones, each place seen half-way to the edge; only strategies with light
+/// samples see them.
+fn delta(effort: &Effort) -> Result<Outcome> {
+    let (mut lit, spp) = (Lit::default(), effort.samples(64, 16));
+    let strategies = &ALL_EXACT[..5];
+    for height in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
+        lit.add("delta", &[0.0, height, 0.0, 0.0, 0.3 * f64::min(height, 10.0)], strategies, spp, 1e-4)?;
+        for (cone, fades) in [(0.1, 1.0), (1.0, 0.5), (30.0, 0.0), (60.0, 1.0), (180.0, 0.5)] {
+            let x = (height * f64::tan((0.5 * f64::min(cone, 100.0)).to_radians())).min(10.0);
+            lit.add("delta", &[1.0, height, cone, fades, x], strategies, spp, 1e-4)?;
+        }
+    }
+    for degrees in [0.0, 45.0, 89.9, 90.1] {
+        lit.add("delta", &[2.0, 1.0, degrees, 0.0, 0.0], strategies, spp, 1e-4)?;
+    }
+    Ok(lit.outcome("point, spot and directional lights at 1e-6 to 1e6"))
 }
 
 /// A lamp of ten heights over a floor 4 wide, from 1e-2 to 1e-6 of it above.

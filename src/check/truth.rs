@@ -1,8 +1,8 @@
 //! The direct light of a place, from the description alone: Lambert's formula in f64 (Lambert 1760; Arvo, "The Irradiance
-//! Jacobian for Partially Occluded Polyhedral Sources", SIGGRAPH 1994).
+//! Jacobian for Partially Occluded Polyhedral Sources", SIGGRAPH 1994); of delta lights pbrt-v4, sections 12.1 to 12.3.
 
 use crate::scene::SceneDesc;
-use crate::scene::desc::Scattering;
+use crate::scene::desc::{DeltaLight, Scattering};
 use crate::scene::flatten::Geometry;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -32,6 +32,30 @@ pub fn irradiance(point: DVec3, normal: DVec3, corners: [DVec3; 3]) -> f64 {
     0.5 * (edge(a, b) + edge(b, c) + edge(c, a)).abs()
 }
 
+/// Irradiance at `point`, on a plane of unit normal `normal`, from a delta light.
+fn delta_irradiance(point: DVec3, normal: DVec3, light: &DeltaLight) -> f64 {
+    let from = |position: [f64; 3]| DVec3::from(position) - point;
+    let (to_light, strength) = match *light {
+        DeltaLight::Directional { direction, .. } => {
+            let to_light = -DVec3::from(direction).normalize();
+            return light.strength()[0] * to_light.dot(normal).max(0.0);
+        }
+        DeltaLight::Point { position, .. } => (from(position), 1.0),
+        DeltaLight::Spot { position, direction, cone_angle, cone_delta_angle, .. } => {
+            let to_light = from(position);
+            let cosine = DVec3::from(direction).normalize().dot(-to_light.normalize());
+            let [edge, whole] = [cone_angle, cone_angle - cone_delta_angle].map(|degrees| degrees.to_radians().cos());
+            let t = if edge == whole {
+                f64::from(cosine > edge)
+            } else {
+                ((cosine - edge) / (whole - edge)).clamp(0.0, 1.0)
+            };
+            (to_light, t * t * (3.0 - 2.0 * t))
+        }
+    };
+    light.strength()[0] * strength * to_light.normalize().dot(normal).max(0.0) / to_light.length_squared()
+}
+
 /// The radiance that the camera's axis meets after one scattering event where nothing stands between lamps and the diffuse
 /// surface it meets; `None` if it meets none.
 pub fn direct_light(scene: &SceneDesc) -> Option<f64> {
@@ -50,6 +74,7 @@ pub fn direct_light(scene: &SceneDesc) -> Option<f64> {
         .filter(|&lamp| material(lamp).emission[0] > 0.0)
         .map(|lamp| f64::from(material(lamp).emission[0] as f32) * irradiance(point, normal, world(&geometry, lamp)))
         .sum();
+    let lit = lit + scene.delta_lights().map(|light| delta_irradiance(point, normal, &light.light)).sum::<f64>();
     Some(f64::from(albedo[0] as f32) / PI * lit)
 }
 

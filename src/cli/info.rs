@@ -52,7 +52,7 @@ struct Info {
     triangles: usize,
     /// Triangles too thin, or too large beside what lies on them, for f32: rays meet them in f64.
     precise_triangles: usize,
-    /// Emissive triangles, and one for an environment.
+    /// Emissive triangles, delta lights, and one for an environment.
     lights: usize,
     /// Keys of a camera that moves; 0: it stands still.
     camera_keys: usize,
@@ -116,7 +116,7 @@ fn gather(scene: &Scene, prepared: &PreparedScene, settings: &Settings, warnings
         features: prepared.features,
         triangles: prepared.triangles.len(),
         precise_triangles: prepared.bvh.precise_triangles().0,
-        lights: prepared.emitters.len() + prepared.environment.is_some() as usize,
+        lights: prepared.emitters.len() + prepared.delta_lights.records.len() + prepared.environment.is_some() as usize,
         camera_keys: keys.len(),
         camera_seconds: [keys.first(), keys.last()].map(|key| key.map_or(0.0, |key| key.time)),
         film: setup.frame.film,

@@ -8,19 +8,22 @@ use crate::import::obj::mesh::{ObjFile, ObjMesh};
 use crate::import::obj::mtl::{MtlKind, MtlMaterial};
 use crate::import::obj::names;
 use crate::import::pictures::Numbers;
+use crate::import::toml::lights::{EnvironmentEntry, LampEntry, LightEntry};
 use crate::import::toml::parse;
-use crate::import::toml::parse::{EnvironmentEntry, Kind, MaterialEntry, MeshEntry, SceneFile};
+use crate::import::toml::parse::{Kind, MaterialEntry, MeshEntry, SceneFile};
 use crate::nearest::nearest;
 use crate::scene::builtin;
 use crate::scene::camera::CameraPath;
 use crate::scene::desc::{
-    CameraDesc, EnvironmentDesc, MapDesc, MaterialDesc, MeshDesc, RenderDesc, SceneDesc, TriangleDesc,
+    CameraDesc, EnvironmentDesc, LightDesc, MapDesc, MaterialDesc, MeshDesc, RenderDesc, SceneDesc, TriangleDesc,
 };
+use crate::scene::shapes;
 use crate::scene::transform::{Similarity, Transform};
 use crate::scene::validate;
 use crate::scene::validate::is_degenerate;
 use crate::scene::warnings::{MOST_LETTERS, condense, shortened};
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
 use std::mem::take;
 use std::path::Path;
 use std::rc::Rc;
@@ -67,7 +70,7 @@ fn checked(mut scene: SceneDesc) -> Result<SceneDesc> {
 
 fn load_toml(path: &Path) -> Result<SceneDesc> {
     let bytes = read::bytes(path)?;
-    let SceneFile { camera, film, filter, render, meshes, materials, environment } =
+    let SceneFile { camera, film, filter, render, meshes, materials, environment, lights } =
         parse::parse_scene(path, &parse::toml_text(path, bytes)?)?;
     if meshes.is_empty() {
         return Err(Error::parse(path, None, "no triangles: add a [[mesh]] with obj = \"FILE.obj\""));
@@ -89,8 +92,10 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
         Some((camera, path)) => (scene.camera, scene.camera_path) = (camera, path),
         None => frame(&mut scene)?,
     }
-    if scene.environment().is_none() && !emits(&scene) {
-        scene.warnings.push("nothing emits light: the picture will be black; add emission or an [environment]".into());
+    add_lights(path, &mut scene, lights)?;
+    if scene.lights.is_empty() && !emits(&scene) {
+        let warning = "nothing emits light: the picture will be black; add emission, a [[light]] or an [environment]";
+        scene.warnings.push(warning.into());
     }
     checked(scene)
 }
@@ -102,6 +107,36 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
 pub fn load_camera_path(path: &Path) -> Result<(CameraDesc, CameraPath)> {
     let bytes = read::bytes(path)?;
     parse::parse_camera_path(path, &parse::toml_text(path, bytes)?)
+}
+
+/// Adds the lights of the scene file `path`; after the meshes, whose triangles so keep their numbers.
+fn add_lights(path: &Path, scene: &mut SceneDesc, lights: Vec<LightEntry>) -> Result<()> {
+    for light in lights {
+        match light {
+            LightEntry::Delta(light) => scene.lights.push(LightDesc::Delta(light)),
+            LightEntry::Lamp(lamp) => add_lamp(path, scene, lamp)?,
+        }
+    }
+    Ok(())
+}
+
+/// Adds a lamp of triangles: black, and as much brighter than it says as rounding has made its area smaller.
+fn add_lamp(path: &Path, scene: &mut SceneDesc, lamp: LampEntry) -> Result<()> {
+    let LampEntry { name, line, position, radius, normal, radiance, two_sided } = lamp;
+    let material = scene.materials.len() as u32;
+    let (mesh, area) = match normal {
+        Some(normal) => (shapes::disk(position, normal, radius, material), PI * radius * radius),
+        None => (shapes::sphere(position, radius, material), 4.0 * PI * radius * radius),
+    };
+    let factor = area / shapes::area(&mesh);
+    if !(0.5..2.0).contains(&factor) {
+        let why = format!("`radius` {radius} is too small where f32 coordinates are as large as in {position:?}");
+        return Err(Error::parse(path, Some(line), format!("[[light]]: {why}: make it larger, or a point light")));
+    }
+    let emission = radiance.map(|c| c * factor);
+    scene.materials.push(MaterialDesc { name, emission, two_sided, ..MaterialDesc::default() });
+    scene.add_mesh(mesh, Transform::Identity);
+    Ok(())
 }
 
 /// Whether any triangle shines.

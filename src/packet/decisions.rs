@@ -57,7 +57,8 @@ impl Decisions {
         let events = setup.max_depth > 0;
         let some = |holds: fn(&KindRow) -> bool| TABLE.iter().any(|row| holds(row) && scene.features.kinds[row.kind]);
         let glossy = some(|row| row.lobes == Lobes::Density && !row.pdf_is_cosine);
-        let pdf = setup.strategy.is_mis() && setup.samples_lights();
+        // Where hits find no light there is nothing to weigh.
+        let pdf = setup.strategy.is_mis() && setup.samples_lights() && (queues || setup.lights.can_be_hit());
         let needs = QueueNeeds {
             pdf,
             cosine: pdf
@@ -72,20 +73,20 @@ impl Decisions {
             emitters: (queues || !scene.emitters.is_empty()) && emission_counts,
             surfaces: PerKind::new(|kind| events && kind.scatters() && (queues || scene.features.kinds[kind])),
             shadow: (queues || some(|row| row.lobes == Lobes::Density)) && events && setup.samples_lights(),
-            targets: queues || !setup.lights.records.is_empty(),
+            targets: queues || setup.lights.count() > 0,
             positions: queues || scene.bvh.precise_triangles().1 > 0,
             alpha_masks: puts_back(PlanChoice::CutOuts) || scene.features.alpha_masks,
         };
         let surfaces = puts_back(PlanChoice::Surfaces);
         let first = scene.classes.first().copied();
-        let lit = !setup.lights.is_empty();
+        let lit = setup.lights.can_be_hit();
         Decisions {
             needs,
             kinds: MaterialKind::ALL.into_iter().filter(|&kind| needs.surfaces[kind]).collect(),
             detail: surfaces || !scene.corners.is_empty(),
             learned: setup.guide.is_some(),
             only_class: first.filter(|class| !queues && scene.classes.iter().all(|c| c == class)),
-            shadow_tmax: (!queues && setup.lights.records.is_empty()).then_some(f32::INFINITY),
+            shadow_tmax: (!queues && setup.lights.count() == 0).then_some(f32::INFINITY),
             last_drawn_counts: lit && row.hit != Weight::Zero,
             last_delta_counts: lit && row.certain_hit != Weight::Zero,
             textures: surfaces || scene.features.textures,

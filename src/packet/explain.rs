@@ -122,8 +122,8 @@ pub fn left_out(setup: &Setup) -> Vec<LeftOut> {
     unless(CutOuts, scene.features.alpha_masks, "cut-outs", "no material is cut out".into());
     let why = "the box filter needs no weights".into();
     unless(Lens, setup.camera.filter != PixelFilter::Box, "pixel filter", why);
-    let selects = setup.samples_lights() && setup.lights.records.len() > 1;
-    let single = if setup.lights.records.len() == 1 { "there is one light" } else { "there is nothing to choose from" };
+    let selects = setup.samples_lights() && setup.lights.count() > 1;
+    let single = if setup.lights.count() == 1 { "there is one light" } else { "there is nothing to choose from" };
     let why = if setup.strategy.samples_lights() { single.to_string() } else { strategy.clone() };
     unless(PlanChoice::Lights, selects, "light selection", why);
     let why = if setup.strategy.samples_lights() { "the scene has no light".to_string() } else { strategy };

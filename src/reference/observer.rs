@@ -12,6 +12,7 @@ use crate::bvh::ray::NO_HIT;
 use crate::tables::lights::table::LightTable;
 use crate::trace::{
     COIN, END, LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, LIGHT_SAMPLE_IDLE, RAY, ROULETTE, ROULETTE_SURVIVED, TraceVertex,
+    TracedLight,
 };
 
 /// A path's state.
@@ -140,15 +141,19 @@ pub struct Choice<'a> {
 }
 
 impl Choice<'_> {
-    /// The triangle of the light, [`NO_HIT`] for the environment, and the probability with which it was chosen.
-    fn made(&self) -> (u32, f64) {
+    /// The light, and the probability with which it was chosen.
+    fn made(&self) -> (TracedLight, f64) {
         let receiver = Receiver { origin: self.point.origin, normal: self.point.normal, row: self.place.row };
         let (light, probability, _) = choose(self.lights, &receiver, self.word);
-        let triangle = match light {
-            Light::Environment => NO_HIT,
-            Light::Emitter(emitter) => self.lights.targets.triangle[emitter as usize],
+        let emitters = self.lights.records.len() as u32;
+        let light = match light {
+            Light::Environment => TracedLight::Environment,
+            Light::Emitter(light) if light < emitters => {
+                TracedLight::Triangle(self.lights.targets.triangle[light as usize])
+            }
+            Light::Emitter(light) => TracedLight::Delta(light - emitters),
         };
-        (triangle, probability as f64)
+        (light, probability as f64)
     }
 }
 
@@ -180,7 +185,7 @@ fn vertex(path: &Path, event: Event) -> TraceVertex {
         depth: path.depth,
         event,
         triangle: NO_HIT,
-        light: NO_HIT,
+        light: None,
         t: 0.0,
         position: wide(position),
         direction: wide(direction),
@@ -220,13 +225,18 @@ fn vertex(path: &Path, event: Event) -> TraceVertex {
         Event::Coin(light) => TraceVertex { note: if light { "light" } else { "BSDF" }, ..nowhere(COIN) },
         Event::LightIdle(choice, note) => {
             let (light, probability) = choice.made();
-            TraceVertex { light, probability, note, ..at(LIGHT_SAMPLE_IDLE, choice.point.position, Vec3::ZERO) }
+            TraceVertex {
+                light: Some(light),
+                probability,
+                note,
+                ..at(LIGHT_SAMPLE_IDLE, choice.point.position, Vec3::ZERO)
+            }
         }
         Event::Light { choice, light, f_cosine, pdf_bsdf, weight, gain, blocked } => {
             let event = if blocked { LIGHT_SAMPLE_BLOCKED } else { LIGHT_SAMPLE };
-            let (triangle, probability) = choice.made();
+            let (chosen, probability) = choice.made();
             TraceVertex {
-                light: triangle,
+                light: Some(chosen),
                 gain: wide(gain),
                 emitted: wide(light.radiance),
                 bsdf: wide(f_cosine),

@@ -179,7 +179,10 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
             if let Some(light) = light {
                 let (f_cosine, pdf_bsdf) = bsdf::evaluate(material, point.normal, ray.direction, light.direction);
                 let pdf_bsdf = guide.map_or(pdf_bsdf, |guide| guide.pdf_dir(light.direction, pdf_bsdf));
-                let weight = mis::weigh(strategy.light_sample, light.pdf_dir, pdf_bsdf);
+                let weight = match light.delta {
+                    true => strategy.light_sample.of_delta_light() as Real,
+                    false => mis::weigh(strategy.light_sample, light.pdf_dir, pdf_bsdf),
+                };
                 let gain = path.beta * f_cosine * light.radiance * (weight / light.pdf_dir);
                 // intersect_shadow
                 if !(gain.x + gain.y + gain.z == 0.0) {
@@ -306,5 +309,5 @@ fn emission_can_count(setup: &Setup, previous: Previous) -> bool {
         Previous::LightChosen => false,
         Previous::Drawn { .. } => strategy.hit != Weight::Zero,
     };
-    counts && !setup.lights.is_empty()
+    counts && setup.lights.can_be_hit()
 }

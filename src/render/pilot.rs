@@ -91,7 +91,7 @@ impl<'t> Wanted<'t> {
         let maps = matches!(setup.lights.environment, Some(EnvironmentLight::Map(..)));
         let patches = maps && settings.lights == Lights::Learned && setup.samples_lights();
         let by_visibility = settings.lights == Lights::NeePlusPlus;
-        let visibility = by_visibility && setup.samples_lights() && !setup.lights.records.is_empty();
+        let visibility = by_visibility && setup.samples_lights() && setup.lights.count() > 0;
         let no_tree = match (&tree, setup.samples_lights()) {
             (Some(_), _) => "",
             (None, true) if visibility => "",

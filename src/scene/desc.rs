@@ -47,8 +47,18 @@ impl SceneDesc {
 
     /// What surrounds the scene, if anything does.
     pub fn environment(&self) -> Option<&EnvironmentDesc> {
-        let LightDesc::Environment(environment) = self.lights.first()?;
-        Some(environment)
+        self.lights.iter().find_map(|light| match light {
+            LightDesc::Environment(environment) => Some(environment),
+            LightDesc::Delta(_) => None,
+        })
+    }
+
+    /// The delta lights, in their order.
+    pub fn delta_lights(&self) -> impl Iterator<Item = &DeltaLightDesc> {
+        self.lights.iter().filter_map(|light| match light {
+            LightDesc::Delta(light) => Some(light),
+            LightDesc::Environment(_) => None,
+        })
     }
 
     /// Puts `environment` in the place of every environment there is.
@@ -86,6 +96,69 @@ pub struct InstanceDesc {
 pub enum LightDesc {
     /// What surrounds the scene; a scene has at most one.
     Environment(EnvironmentDesc),
+    /// A light that no ray can hit.
+    Delta(DeltaLightDesc),
+}
+
+/// A light that shines from one point, or in one direction: what it sends to a point comes from one direction only, so no ray
+/// ever hits it, and only light samples find it (pbrt-v4, section 12.1).
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeltaLightDesc {
+    /// Its name, for messages and for reports on single lights.
+    pub name: String,
+    /// How it shines.
+    pub light: DeltaLight,
+}
+
+/// How a delta light shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DeltaLight {
+    /// The same into every direction.
+    Point {
+        /// Where it is, scene units.
+        position: [f64; 3],
+        /// Radiant intensity, W sr^-1, linear Rec.709.
+        intensity: [f64; 3],
+    },
+    /// Into a cone, whole near its axis and fading smoothly towards its edge (pbrt-v4, section 12.2.1).
+    Spot {
+        /// Where it is, scene units.
+        position: [f64; 3],
+        /// The cone's axis, away from the light; of any length but 0.
+        direction: [f64; 3],
+        /// Radiant intensity along the axis, W sr^-1, linear Rec.709.
+        intensity: [f64; 3],
+        /// Between the axis and the edge, where it has faded to nothing, degrees; above 0, at most 180.
+        cone_angle: f64,
+        /// How much of that it fades over, degrees; from 0, a sharp edge, to `cone_angle`.
+        cone_delta_angle: f64,
+    },
+    /// In one direction everywhere, from infinitely far away.
+    Directional {
+        /// The way the light goes; of any length but 0.
+        direction: [f64; 3],
+        /// Irradiance of a surface that faces it, W m^-2, linear Rec.709.
+        irradiance: [f64; 3],
+    },
+}
+
+impl DeltaLight {
+    /// Its kind, as scene files name it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            DeltaLight::Point { .. } => "point",
+            DeltaLight::Spot { .. } => "spot",
+            DeltaLight::Directional { .. } => "directional",
+        }
+    }
+
+    /// Its intensity (W sr^-1), of a directional light its irradiance (W m^-2).
+    pub fn strength(&self) -> [f64; 3] {
+        match *self {
+            DeltaLight::Point { intensity, .. } | DeltaLight::Spot { intensity, .. } => intensity,
+            DeltaLight::Directional { irradiance, .. } => irradiance,
+        }
+    }
 }
 
 /// One triangle.

@@ -37,6 +37,8 @@ pub fn scene(scene: &SceneDesc) -> u64 {
         }
         other => print.text(&format!("{other:?}")),
     }
+    // Only where there are any: a scene without keeps the fingerprint that parts and checkpoints of it have.
+    scene.delta_lights().for_each(|light| print.text(&format!("{:?}", light.light)));
     print.value()
 }
 
@@ -50,7 +52,7 @@ pub fn cameras(cameras: &[CameraDesc]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::desc::MeshDesc;
+    use crate::scene::desc::{DeltaLight, DeltaLightDesc, LightDesc, MeshDesc};
     use crate::scene::transform::{Similarity, Transform};
 
     #[test]
@@ -75,5 +77,13 @@ mod tests {
         assert!(changed(|s| s.instances[0].transform = Transform::Similarity(Similarity::default())));
         assert!(changed(|s| s.meshes.push(MeshDesc::default())));
         assert!(changed(|s| s.set_environment(None)));
+        let sun = |y| {
+            let light = DeltaLight::Directional { direction: [0.0, y, 0.0], irradiance: [1.0; 3] };
+            LightDesc::Delta(DeltaLightDesc { name: String::new(), light })
+        };
+        assert!(changed(|s| s.lights.push(sun(-1.0))));
+        let (mut up, mut down) = (load(), load());
+        (up.lights.push(sun(1.0)), down.lights.push(sun(-1.0)));
+        assert_ne!(scene(&up), scene(&down));
     }
 }

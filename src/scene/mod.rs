@@ -9,6 +9,7 @@ pub mod camera;
 pub mod desc;
 pub mod fingerprint;
 pub mod flatten;
+pub mod shapes;
 pub mod transform;
 pub mod validate;
 pub(crate) mod warnings;

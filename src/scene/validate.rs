@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::fault::{Fault, planted};
 use crate::scene::desc::{
-    CameraDesc, EnvironmentDesc, LightDesc, MaterialDesc, MeshDesc, Scattering, SceneDesc, TextureUse,
+    CameraDesc, DeltaLight, EnvironmentDesc, LightDesc, MaterialDesc, MeshDesc, Scattering, SceneDesc, TextureUse,
 };
 use crate::scene::flatten::Geometry;
 use crate::scene::transform::matrix_fault;
@@ -238,10 +238,61 @@ fn placed_fault(scene: &SceneDesc, geometry: &Geometry<'_>) -> Option<String> {
 
 /// What is wrong with the lights that are no surfaces.
 fn light_fault(scene: &SceneDesc) -> Option<String> {
-    if scene.lights.len() > 1 {
-        return Some("lights 0 and 1 are both environments; a scene has at most one".into());
+    let is_environment = |i: &usize| matches!(scene.lights[*i], LightDesc::Environment(_));
+    let mut environments = (0..scene.lights.len()).filter(is_environment);
+    if let (Some(first), Some(second)) = (environments.next(), environments.next()) {
+        return Some(format!("lights {first} and {second} are both environments; a scene has at most one"));
     }
-    scene.lights.iter().find_map(|LightDesc::Environment(environment)| environment_fault(environment))
+    scene.lights.iter().enumerate().find_map(|(i, light)| match light {
+        LightDesc::Environment(environment) => environment_fault(environment),
+        LightDesc::Delta(desc) => {
+            delta_light_fault(&desc.light).map(|fault| format!("light {i} `{}`: {fault}", desc.name))
+        }
+    })
+}
+
+/// The smallest cone of a spot light, degrees: the light of a narrower one is the noise of its axis in f32.
+pub const LEAST_CONE: f64 = 0.01;
+
+/// What is wrong with a direction of any length, if anything is.
+pub fn direction_fault(direction: &[f64; 3]) -> Option<String> {
+    // Below 1e-140 the squares vanish in f64 and there is no direction left.
+    let fine = direction.iter().all(|&x| fits_f32(x)) && DVec3::from(*direction).length() >= 1e-140;
+    (!fine).then(|| format!("is {direction:?}; it must be finite and not zero, for instance [0, -1, 0]"))
+}
+
+/// Why this light cannot shine, if it cannot; the text begins with the key to change.
+pub fn delta_light_fault(light: &DeltaLight) -> Option<String> {
+    let place = |name: &str, v: &[f64; 3]| {
+        (!v.iter().all(|&x| fits_f32(x))).then(|| format!("{name} is {v:?}; it must be finite and below 3.4e38"))
+    };
+    let way = |v: &[f64; 3]| direction_fault(v).map(|fault| format!("direction {fault}"));
+    let strength = |name: &str, v: &[f64; 3]| {
+        let rule = format!("each channel must be finite, at least 0 and at most {MOST_RADIANCE:e}, which still works");
+        (!v.iter().all(|&x| is_radiance(x))).then(|| format!("{name} is {v:?}; {rule}"))
+    };
+    match light {
+        DeltaLight::Point { position, intensity } => {
+            place("position", position).or_else(|| strength("intensity", intensity))
+        }
+        DeltaLight::Spot { position, direction, intensity, cone_angle, cone_delta_angle } => {
+            let cone = (LEAST_CONE..=180.0).contains(cone_angle);
+            let cone = (!cone).then(|| {
+                format!("cone_angle is {cone_angle}; it must lie between {LEAST_CONE} and 180 degrees, from the axis to the edge")
+            });
+            let fades = (0.0..=*cone_angle).contains(cone_delta_angle);
+            let fades = (!fades).then(|| {
+                format!(
+                    "cone_delta_angle is {cone_delta_angle}; it must lie between 0 and cone_angle, {cone_angle} degrees"
+                )
+            });
+            let place = place("position", position).or_else(|| way(direction));
+            place.or_else(|| strength("intensity", intensity)).or(cone).or(fades)
+        }
+        DeltaLight::Directional { direction, irradiance } => {
+            way(direction).or_else(|| strength("irradiance", irradiance))
+        }
+    }
 }
 
 /// What is wrong with the sizes of textures and masks.

@@ -49,6 +49,18 @@ pub struct Setup<'a> {
     pub warnings: Vec<String>,
 }
 
+/// A warning of lights that `strategy` never finds.
+pub fn unseen(scene: &PreparedScene, strategy: Strategy) -> Option<String> {
+    (!scene.is_seen_by(strategy)).then(|| {
+        let count = scene.delta_lights.records.len();
+        format!(
+            "{strategy} does not see the {count} point, spot or directional light(s) of {}, which no ray can hit: choose a \
+             strategy that samples lights, such as mis-power",
+            scene.name
+        )
+    })
+}
+
 impl<'a> Setup<'a> {
     /// Resolves `settings` for `scene`. A crop is cut to the film. Nothing has been learned yet: see
     /// [`crate::render::pilot::resolve`].
@@ -81,7 +93,7 @@ impl<'a> Setup<'a> {
             frame,
             shard: settings.shard,
             learning: None,
-            warnings: camera::warnings(camera, height),
+            warnings: camera::warnings(camera, height).into_iter().chain(unseen(scene, settings.strategy)).collect(),
         }
     }
 

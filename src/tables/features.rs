@@ -13,6 +13,8 @@ pub struct Features {
     pub kinds: PerKind<bool>,
     /// Emissive triangles.
     pub emissive_triangles: usize,
+    /// Point, spot and directional lights.
+    pub delta_lights: usize,
     /// Something surrounds the scene.
     pub environment: bool,
     /// Some triangle is part of a smooth surface.
@@ -38,6 +40,7 @@ impl Features {
         Features {
             kinds: PerKind::new(uses),
             emissive_triangles: visible().filter(|&class| class & CLASS_EMITS != 0).count(),
+            delta_lights: desc.delta_lights().count(),
             environment: desc.environment().is_some(),
             smooth_normals: corners.iter().any(|corner| corner.smoothness != FLAT),
             textures: desc.materials.iter().any(|m| m.texture.is_some() || m.emission_texture.is_some()),

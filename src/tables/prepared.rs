@@ -9,11 +9,13 @@ use crate::fault::{Fault, planted};
 use crate::scene::desc::{CameraDesc, MaterialDesc, PixelFilter, RenderDesc, SceneDesc};
 use crate::scene::validate;
 use crate::scene::warnings::condense;
+use crate::strategy::Strategy;
 use crate::tables::alpha_masks::AlphaMaskTable;
 use crate::tables::corners::{CornerRecord, corner_table};
 use crate::tables::duplicates::Duplicates;
 use crate::tables::emitter_facing;
 use crate::tables::features::Features;
+use crate::tables::lights::deltas::DeltaLights;
 use crate::tables::lights::emitters::{Emitter, emitter_table};
 use crate::tables::lights::environment::Environment;
 use crate::tables::lights::patches::{LearnedPatches, Patches};
@@ -54,6 +56,8 @@ pub struct PreparedScene {
     pub radiance_unit: f64,
     /// Emissive triangles, by ascending id.
     pub emitters: Vec<Emitter>,
+    /// Lights that no ray can hit.
+    pub delta_lights: DeltaLights,
     /// The surroundings, if there are any.
     pub environment: Option<Environment>,
     /// The acceleration structure.
@@ -88,6 +92,7 @@ impl PreparedScene {
         warnings.extend(duplicates.warning());
         let (materials, material_index) = material_table(&desc.materials);
         let radiance_unit = radiance_unit(desc);
+        let delta_lights = DeltaLights::new(desc, &geometry, radiance_unit);
         let mut emitters = emitter_table(&desc.materials, radiance_unit, &geometry, &degenerate);
         duplicates.light_both_sides(&mut emitters);
         let mut vertices: Vec<[u32; 3]> = huge::list(geometry.triangles.len());
@@ -126,6 +131,7 @@ impl PreparedScene {
             materials,
             radiance_unit,
             emitters,
+            delta_lights,
             environment,
             bvh,
             light_trees: Default::default(),
@@ -137,14 +143,20 @@ impl PreparedScene {
         })
     }
 
-    /// The light tree, if there is anything to choose from, or if there is any emitter and it is wanted `always`; `powers` are
-    /// those of the emitters.
+    /// The light tree, if there is anything to choose from, or if there is any light and it is wanted `always`; `powers` are
+    /// those of the emitters, at least.
     pub(super) fn light_tree(&self, powers: impl FnOnce() -> Vec<f64>, always: bool) -> Option<&LightTree> {
         let build = || {
             let environment = self.environment.as_ref().map_or(0.0, Environment::mean_radiance);
-            LightTree::new(&self.emitters, &self.triangles, &powers(), environment, always)
+            let emitters = (&self.emitters[..], &self.triangles[..]);
+            LightTree::new(emitters, &powers(), &self.delta_lights, environment, always)
         };
         self.light_trees[usize::from(always)].get_or_init(build).as_ref()
+    }
+
+    /// Whether `strategy` has a way to find each of the lights.
+    pub fn is_seen_by(&self, strategy: Strategy) -> bool {
+        strategy.samples_lights() || self.delta_lights.records.is_empty()
     }
 
     /// The patches of the environment map, if there is one, for a distribution ([`crate::tables::lights::environment::EnvironmentMap::distribution`]).

@@ -4,7 +4,7 @@
 use crate::bvh::threads;
 use crate::error::{Error, Result};
 use crate::fault::{Fault, planted};
-use crate::scene::desc::{CameraDesc, SceneDesc, TriangleDesc};
+use crate::scene::desc::{CameraDesc, DeltaLight, SceneDesc, TriangleDesc};
 use crate::scene::flatten::Geometry;
 use glam::{DVec3, Vec3A};
 
@@ -40,6 +40,16 @@ fn within(what: &str, coordinate: f64) -> std::result::Result<(), String> {
     }
 }
 
+/// The largest coordinate of a light.
+fn light_reach(light: &DeltaLight) -> f64 {
+    match light {
+        DeltaLight::Point { position, .. } | DeltaLight::Spot { position, .. } => {
+            position.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
+        }
+        DeltaLight::Directional { .. } => 0.0,
+    }
+}
+
 /// The bounds of all corners.
 fn bounds(geometry: &Geometry<'_>) -> (DVec3, DVec3) {
     let nothing = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
@@ -67,7 +77,11 @@ pub fn check(desc: &SceneDesc, geometry: &Geometry<'_>) -> Result<Vec<String>> {
         return Ok(Vec::new());
     }
     let (farthest, size) = (low.abs().max(high.abs()).max_element(), (high - low).max_element());
-    if let Err(message) = within("the mesh", farthest).and_then(|()| check_reach(&desc.camera)) {
+    let mut lights = desc.delta_lights().map(|desc| light_reach(&desc.light));
+    let near = within("the mesh", farthest)
+        .and_then(|()| check_reach(&desc.camera))
+        .and_then(|()| lights.try_for_each(|reach| within("a light", reach)));
+    if let Err(message) = near {
         return fail(message);
     }
     if size > 0.0 && size < SMALLEST_SIZE {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 13] = [
+pub const SCENES: [&str; 14] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
@@ -16,6 +16,7 @@ pub const SCENES: [&str; 13] = [
     "scenes/sky.toml",
     "scenes/leaves.toml",
     "scenes/door_ajar.toml",
+    "scenes/lights.toml",
     "builtin:heavy:20000",
     "builtin:lamp_hall:300",
     "builtin:rooms:3",

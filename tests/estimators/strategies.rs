@@ -11,6 +11,7 @@
 //! - `sky`: rays find its sun once in 1,500. Twin: the sun is as bright as the sky around it.
 //! - `glossy_plates`: only weighing by density works for sharp plates and small lamps. Twin: plates of alpha 0.4, and no
 //!   lamp brighter than 5.
+//! - `lights`: rays find none of its delta lights. There is no twin: strategies without light samples are left out.
 //! - `door_ajar`: rays that pass the gap seldom find the lamp behind it. Twin: all of the corridor glows, as bright as the lamp.
 
 use crate::common::{SCENES, estimate, exact_strategies, prepared, small};
@@ -21,6 +22,7 @@ const LECTURE: &str = "scenes/lecture_lights.toml";
 const SKY: &str = "scenes/sky.toml";
 const PLATES: &str = "scenes/glossy_plates.toml";
 const AJAR: &str = "scenes/door_ajar.toml";
+const LIGHTS: &str = "scenes/lights.toml";
 const BLOCKS: u32 = 3;
 const SIDE: u32 = 24;
 const MOST_SIGMAS: f64 = 5.6;
@@ -30,6 +32,8 @@ fn finds_all(path: &str, strategy: Strategy) -> bool {
     match path {
         LECTURE | SKY | AJAR => !matches!(strategy, Strategy::Uniform | Strategy::Bsdf | Strategy::NeeAverage),
         PLATES => strategy.is_mis(),
+        // No ray finds its delta lights.
+        LIGHTS => strategy.samples_lights(),
         _ => true,
     }
 }

@@ -4,8 +4,8 @@
 use crate::common;
 use crate::common::{Maker, estimate, exact_strategies, polygon_irradiance, small};
 use glam::DVec3;
-use octray::scene::desc::{EnvironmentDesc, Scattering};
-use octray::{Engine, PreparedScene, Sampler, Settings, Strategy, render};
+use octray::scene::desc::{DeltaLight, DeltaLightDesc, EnvironmentDesc, LightDesc, Scattering};
+use octray::{Engine, Lights, PreparedScene, Sampler, Settings, Strategy, render};
 
 const SIGMAS: f64 = 5.0;
 
@@ -49,6 +49,116 @@ fn lambert_polygon_irradiance_by_every_strategy() {
             for max_depth in [Some(1), None] {
                 let settings = Settings { strategy, max_depth, ..small(16, 16, 2048) };
                 assert_mean(&scene, &settings, truth, 0.12, &format!("{strategy} at {at:?}, depth {max_depth:?}"));
+            }
+        }
+    }
+}
+
+/// What one delta light brings to the floor at `at`, by hand: pbrt-v4, equations of sections 12.1 to 12.3.
+#[test]
+fn delta_lights_have_their_closed_forms() {
+    let at = DVec3::new(0.7, 0.0, 0.2);
+    let (position, strength) = ([0.2, 1.5, -0.4], [3.0, 2.0, 0.5]);
+    let to_light = DVec3::from(position) - at;
+    let (cosine, distance) = (to_light.normalize().y, to_light.length());
+    let axis = DVec3::new(0.3, -1.0, 0.4);
+    let angle = axis.angle_between(-to_light).to_degrees();
+    let step = |edge: f64, whole: f64| {
+        let [edge, whole, at] = [edge, whole, angle].map(|degrees| degrees.to_radians().cos());
+        let t = ((at - edge) / (whole - edge)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    };
+    let spot = |cone_angle: f64, cone_delta_angle: f64| DeltaLight::Spot {
+        position,
+        direction: axis.to_array(),
+        intensity: strength,
+        cone_angle,
+        cone_delta_angle,
+    };
+    let by_distance = cosine / (distance * distance);
+    let down = DVec3::new(0.5, -2.0, 0.1);
+    let lights = [
+        (DeltaLight::Point { position, intensity: strength }, by_distance),
+        (DeltaLight::Directional { direction: down.to_array(), irradiance: strength }, -down.normalize().y),
+        (DeltaLight::Directional { direction: [0.0, 1.0, 0.0], irradiance: strength }, 0.0),
+        (spot(angle + 10.0, 0.0), by_distance),
+        (spot(angle + 10.0, 5.0), by_distance),
+        (spot(angle + 10.0, angle + 10.0), by_distance * step(angle + 10.0, 0.0)),
+        (spot(angle + 1.0, 3.0), by_distance * step(angle + 1.0, angle - 2.0)),
+        (spot(0.9 * angle, 1.0), 0.0),
+        (spot(180.0, 180.0), by_distance * step(180.0, 0.0)),
+    ];
+    for (light, irradiance) in lights {
+        let mut maker = Maker::default();
+        let floor = maker.diffuse(ALBEDO, [0.0; 3]);
+        maker.quad([[-20.0, 0.0, 20.0], [20.0, 0.0, 20.0], [20.0, 0.0, -20.0], [-20.0, 0.0, -20.0]], floor);
+        maker.desc.lights.push(LightDesc::Delta(DeltaLightDesc { name: "it".into(), light }));
+        let scene = maker.seen([6.7, 0.9, 1.2], at.to_array(), 1e-3);
+        let truth: [f64; 3] = std::array::from_fn(|c| ALBEDO[c] / std::f64::consts::PI * irradiance * strength[c]);
+        for &strategy in Strategy::ALL {
+            let seen = strategy.samples_lights();
+            for (engine, &lights) in
+                [Engine::Packet, Engine::Scalar].iter().flat_map(|e| Lights::ALL.iter().map(move |l| (e, l)))
+            {
+                // The coin of one strategy makes noise, nothing else does.
+                let spp = if strategy == Strategy::MisOneSample { 4096 } else { 16 };
+                let sampler = Sampler::Independent;
+                let settings = Settings { strategy, engine: *engine, lights, sampler, ..small(2, 2, spp) };
+                let truth = if seen { truth } else { [0.0; 3] };
+                let precision = if strategy == Strategy::MisOneSample { 0.1 } else { 2e-5 };
+                let what = format!("{light:?}, {strategy}, {engine}, {lights}");
+                assert_mean(&scene, &settings, truth, precision, &what);
+            }
+        }
+    }
+}
+
+/// Among lights of other kinds, one of which hides behind a wall, a delta light brings what it brings alone.
+#[test]
+fn delta_lights_add_up_with_all_others() {
+    let at = DVec3::new(0.7, 0.0, 0.2);
+    let scene = |which: &[usize]| {
+        let mut maker = Maker::default();
+        let floor = maker.diffuse(ALBEDO, [0.0; 3]);
+        let lamp = maker.diffuse([0.0; 3], if which.contains(&3) { [1.0, 2.0, 4.0] } else { [0.0; 3] });
+        maker.quad([[-20.0, 0.0, 20.0], [20.0, 0.0, 20.0], [20.0, 0.0, -20.0], [-20.0, 0.0, -20.0]], floor);
+        maker.quad(LIGHT, lamp);
+        let lights = [
+            DeltaLight::Point { position: [1.5, 0.6, 0.5], intensity: [1.0, 0.5, 2.0] },
+            DeltaLight::Directional { direction: [-0.6, -1.0, 0.0], irradiance: [0.5, 2.0, 0.5] },
+            // The lamp hides it.
+            DeltaLight::Point { position: [-0.6, 2.5, -0.1], intensity: [50.0; 3] },
+        ];
+        for i in which.iter().copied().filter(|&i| i < 3) {
+            maker.desc.lights.push(LightDesc::Delta(DeltaLightDesc { name: format!("{i}"), light: lights[i] }));
+        }
+        if which.contains(&4) {
+            maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [0.2, 0.1, 0.3] }));
+        }
+        maker.seen([6.7, 0.9, 1.2], at.to_array(), 1e-3)
+    };
+    let base = Settings { max_depth: Some(1), threads: 0, ..small(8, 8, 4096) };
+    let mean = |which: &[usize], settings: &Settings| {
+        let film = render(&scene(which), settings).film;
+        std::array::from_fn::<_, 3, _>(|channel| estimate(&film, 0..8, 0..8, channel))
+    };
+    assert_eq!(mean(&[2], &base).map(|estimate| estimate.mean), [0.0; 3], "it is hidden");
+    let alone = [[0].as_slice(), &[1], &[3], &[4]].map(|which| mean(which, &base));
+    let all = scene(&[0, 1, 2, 3, 4]);
+    for strategy in exact_strategies().filter(|strategy| strategy.samples_lights()) {
+        for &lights in Lights::ALL {
+            let film = render(&all, &Settings { strategy, lights, seed: 3, ..base.clone() }).film;
+            for channel in 0..3 {
+                let got = estimate(&film, 0..8, 0..8, channel);
+                let truth: f64 = alone.iter().map(|of| of[channel].mean).sum();
+                let error = alone.iter().fold(got.error, |sum, of| sum.hypot(of[channel].error));
+                assert!(error < 0.02 * truth, "{strategy}, {lights}: too noisy to prove anything");
+                let z = (got.mean - truth) / error;
+                assert!(
+                    z.abs() < SIGMAS,
+                    "{strategy}, {lights}, channel {channel}: {} and {truth}, z = {z:.1}",
+                    got.mean
+                );
             }
         }
     }

@@ -13,4 +13,5 @@ mod help;
 mod hostile;
 mod images;
 mod learned;
+mod lights;
 mod long;

@@ -6,6 +6,7 @@ mod environments;
 mod foreign_images;
 mod growth;
 mod instances;
+mod lights;
 mod materials;
 mod meshes;
 mod never_panics;

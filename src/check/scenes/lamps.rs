@@ -4,7 +4,7 @@ use super::SceneMaker;
 use super::maker::{DARK, Maker};
 use crate::check::numbers::Numbers;
 use crate::scene::SceneDesc;
-use crate::scene::desc::Scattering;
+use crate::scene::desc::{DeltaLight, DeltaLightDesc, LightDesc, Scattering};
 
 /// The scenes.
 pub const SCENES: &[SceneMaker] = &[
@@ -12,6 +12,17 @@ pub const SCENES: &[SceneMaker] = &[
         name: "lamp",
         numbers: &["half the side", "height", "radiance", "albedo of the floor", "x of the place seen"],
         make: lamp,
+    },
+    SceneMaker {
+        name: "delta",
+        numbers: &[
+            "kind: 0 point, 1 spot, 2 directional",
+            "height",
+            "cone, degrees",
+            "what of it fades",
+            "x of the place seen",
+        ],
+        make: delta,
     },
     SceneMaker { name: "lamp_grid", numbers: &["lamps along a side"], make: lamp_grid },
     SceneMaker { name: "two_lamps", numbers: &["half the side of the small one", "its radiance"], make: two_lamps },
@@ -30,6 +41,30 @@ fn lamp(numbers: &[f64]) -> SceneDesc {
     // From between the two, straight down, so that nothing is in the way and the place is small.
     let eye = [x, 0.4 * height, 0.0];
     maker.seen(eye, [x, 0.0, 0.0], 1e-3)
+}
+
+/// A light that no ray can hit, over the same floor. A directional one comes down at so many degrees beside the vertical as the
+/// other numbers say of a cone.
+fn delta(numbers: &[f64]) -> SceneDesc {
+    let [kind, height, cone_angle, fades, x] = std::array::from_fn(|i| numbers[i]);
+    let mut maker = Maker::default();
+    let floor = maker.diffuse(0.5, 0.0);
+    maker.ground(20.0, floor);
+    let (position, down) = ([0.0, height, 0.0], [0.0, -1.0, 0.0]);
+    let intensity = [height * height; 3];
+    let light = match kind as u32 {
+        0 => DeltaLight::Point { position, intensity },
+        1 => {
+            let cone_delta_angle = fades * cone_angle;
+            DeltaLight::Spot { position, direction: down, intensity, cone_angle, cone_delta_angle }
+        }
+        _ => {
+            let (sine, cosine) = cone_angle.to_radians().sin_cos();
+            DeltaLight::Directional { direction: [sine, -cosine, 0.0], irradiance: [1.0; 3] }
+        }
+    };
+    maker.desc.lights.push(LightDesc::Delta(DeltaLightDesc { name: "delta".into(), light }));
+    maker.seen([x, 0.4 * height, 0.0], [x, 0.0, 0.0], 1e-3)
 }
 
 /// A square grid of small lamps over a floor, at heights of 0.5 to 2 and of four decades of radiance; the floor's two triangles

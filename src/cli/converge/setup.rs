@@ -14,8 +14,10 @@ use crate::report::measure::metrics;
 use crate::report::measure::run_error::Region;
 use crate::report::measure::truth::{Reference, Source};
 use crate::scene::SceneDesc;
+use crate::scene::desc::LightDesc;
 use crate::settings::{Crop, Lights, Settings};
 use crate::setup::frame::Frame;
+use crate::setup::unseen;
 use std::path::{Path, PathBuf};
 
 /// Loads the scenes and lays out what is to be run.
@@ -49,6 +51,12 @@ pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
                 }
             }
         }
+    }
+    for strategy in &args.strategies.0 {
+        // Of one scene all cases have the same name.
+        let mut told: Vec<String> = cases.iter().filter_map(|case| unseen(&case.scene, *strategy)).collect();
+        told.dedup();
+        told.iter().for_each(|warning| warn(warning));
     }
     let film = (args.width, args.height);
     let regions = args.region.iter().map(|(name, area)| checked_region(name, *area, film)).collect::<Result<_>>()?;
@@ -133,14 +141,15 @@ fn checked_region(name: &str, area: Crop, film: (u32, u32)) -> Result<Region> {
     inside.map(|_| Region { name: name.to_owned(), area })
 }
 
-/// What shines in a scene: materials in the order of the scene, then the surroundings.
+/// What shines in a scene: materials in the order of the scene, then delta lights, then the surroundings.
 fn lights(desc: &SceneDesc) -> Vec<String> {
     let placed = || desc.instances.iter().flat_map(|instance| &desc.meshes[instance.mesh as usize].triangles);
     let used = |index: usize| placed().any(|triangle| triangle.material as usize == index);
     let shining = desc.materials.iter().enumerate();
     let shining = shining.filter(|(index, m)| m.emission.iter().any(|e| *e > 0.0) && used(*index));
     let surroundings = desc.environment().into_iter().map(|_| ENVIRONMENT.to_owned());
-    shining.map(|(_, material)| material.name.clone()).chain(surroundings).collect()
+    let deltas = desc.delta_lights().map(|light| light.name.clone());
+    shining.map(|(_, material)| material.name.clone()).chain(deltas).chain(surroundings).collect()
 }
 
 const ENVIRONMENT: &str = "environment";
@@ -160,7 +169,7 @@ fn cases_of(scene: &Scene, name: &str, args: &ConvergeArgs) -> Result<Vec<Case>>
             _ => {
                 let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
                 return Err(Error::Usage(format!(
-                    "--only-light {light}: no material of that name shines in {}; its lights: {known} (or `all`, `each`)",
+                    "--only-light {light}: nothing of that name shines in {}; its lights: {known} (or `all`, `each`)",
                     scene.desc.name
                 )));
             }
@@ -187,6 +196,7 @@ fn case(scene: &Scene, name: &str, light: String, args: &ConvergeArgs) -> Result
         if light != ENVIRONMENT {
             only.desc.set_environment(None);
         }
+        only.desc.lights.retain(|other| !matches!(other, LightDesc::Delta(delta) if delta.name != light));
     }
     let prepared = only.prepare()?;
     if whole {

@@ -2,7 +2,7 @@
 
 use crate::bvh::ray::NO_HIT;
 use crate::cli::trace::Traced;
-use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, LIGHT_SAMPLE_IDLE, PathStep, TraceVertex};
+use crate::trace::{LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, LIGHT_SAMPLE_IDLE, PathStep, TraceVertex, TracedLight};
 use serde::Serialize;
 
 /// All of it. Vectors are scene units or linear Rec.709; radiances count in `radiance_unit` W sr^-1 m^-2.
@@ -51,8 +51,11 @@ struct Triangle<'a> {
 /// The light of a light sample.
 #[derive(Serialize)]
 struct Light<'a> {
-    /// `null`: the environment.
+    /// `null`: the environment, or a delta light.
     triangle: Option<Triangle<'a>>,
+    /// A delta light's number and kind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    delta_light: Option<(u32, &'static str)>,
     /// Of choosing it.
     probability: f64,
 }
@@ -152,7 +155,17 @@ fn step<'a>(traced: &'a Traced, vertex: &TraceVertex) -> Step<'a> {
         depth: vertex.depth,
         event: vertex.event,
         triangle: triangle(vertex.triangle),
-        light: is_light.then(|| Light { triangle: triangle(vertex.light), probability }),
+        light: vertex.light.filter(|_| is_light).map(|light| Light {
+            triangle: match light {
+                TracedLight::Triangle(id) => triangle(id),
+                _ => None,
+            },
+            delta_light: match light {
+                TracedLight::Delta(number) => Some((number, traced.delta_kinds[number as usize])),
+                _ => None,
+            },
+            probability,
+        }),
         t: (vertex.triangle != NO_HIT).then_some(vertex.t),
         position: vertex.position,
         direction: vertex.direction,

@@ -17,6 +17,7 @@ use crate::packet::plan::Plan;
 use crate::reference::{path_steps, single};
 use crate::render::pilot::resolve;
 use crate::scene::SceneDesc;
+use crate::scene::desc::DeltaLight;
 use crate::settings::Settings;
 use crate::setup::Setup;
 use crate::setup::frame::film_size;
@@ -59,6 +60,8 @@ struct Traced<'a> {
     settings: &'a Settings,
     /// What radiances count in, W sr^-1 m^-2.
     radiance_unit: f64,
+    /// The kinds of the delta lights.
+    delta_kinds: Vec<&'static str>,
     film: (u32, u32),
     pixel: (u32, u32),
     sample: u32,
@@ -140,5 +143,6 @@ fn follow<'a>(
     let packet = packet::trace::trace_path(setup, &Plan::new(setup), pixel, sample);
     let difference = first_difference(&scalar, &packet);
     let (film, radiance_unit) = (setup.frame.film, setup.scene.radiance_unit);
-    Traced { scene, settings, radiance_unit, film, pixel, sample, vertices, scalar, packet, difference }
+    let delta_kinds = setup.scene.delta_lights.lights().iter().map(DeltaLight::kind).collect();
+    Traced { scene, settings, radiance_unit, delta_kinds, film, pixel, sample, vertices, scalar, packet, difference }
 }

@@ -1,12 +1,12 @@
 //! The story of a path, step by step, in the words of Veach (1997) and of Physically Based Rendering.
 
-use crate::bvh::ray::NO_HIT;
 use crate::cli::numbers::{percent, short};
 use crate::cli::output::{table_in, wrapped};
 use crate::cli::trace::Traced;
 use crate::strategy::Weight;
 use crate::trace::{
     COIN, END, LIGHT_SAMPLE, LIGHT_SAMPLE_BLOCKED, LIGHT_SAMPLE_IDLE, RAY, ROULETTE, ROULETTE_SURVIVED, TraceVertex,
+    TracedLight,
 };
 
 /// Prose is hard to read in longer lines.
@@ -177,10 +177,18 @@ impl Story<'_> {
                 format!("that is its radiance / {chance}, with which roulette has let its shadow ray be traced"),
             );
         }
-        let densities = format!("p_light = {}, p_bsdf = {}", short(vertex.pdf, 3), short(vertex.pdf_other, 3));
-        let rule = self.traced.settings.strategy.row().light_sample;
-        self.line(DEEPER, densities);
-        self.line(DEEPER, formula(rule, "p_light", "p_bsdf", vertex.weight));
+        let p_light = short(vertex.pdf, 3);
+        if let Some(TracedLight::Delta(_)) = vertex.light {
+            let weight = short(vertex.weight, 3);
+            self.line(
+                DEEPER,
+                format!("p_light = {p_light}, the choice alone; weight {weight}: no ray can hit a delta light"),
+            );
+        } else {
+            let rule = self.traced.settings.strategy.row().light_sample;
+            self.line(DEEPER, format!("p_light = {p_light}, p_bsdf = {}", short(vertex.pdf_other, 3)));
+            self.line(DEEPER, formula(rule, "p_light", "p_bsdf", vertex.weight));
+        }
         let factors = format!("{} x BSDF cos {} x {emitted}", color(vertex.beta), color(vertex.bsdf));
         self.line(DEEPER, format!("gain = throughput {factors} x weight / p_light = {}", color(vertex.gain)));
         let radiance = color(vertex.radiance);
@@ -227,10 +235,16 @@ impl Story<'_> {
     fn light(&self, vertex: &TraceVertex) -> String {
         let chance = format!("chosen with probability {}", short(vertex.probability, 3));
         let distance = vertex.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-        match vertex.light {
-            NO_HIT => format!("the environment, {chance}"),
-            id if distance > 0.0 => format!("{}, {chance}, {} away", self.triangle(id, ""), short(distance, 3)),
-            id => format!("{}, {chance}", self.triangle(id, "")),
+        let light = match vertex.light {
+            Some(TracedLight::Triangle(id)) => self.triangle(id, ""),
+            Some(TracedLight::Delta(number)) => {
+                format!("delta light {number} ({})", self.traced.delta_kinds[number as usize])
+            }
+            Some(TracedLight::Environment) | None => return format!("the environment, {chance}"),
+        };
+        match distance > 0.0 {
+            true => format!("{light}, {chance}, {} away", short(distance, 3)),
+            false => format!("{light}, {chance}"),
         }
     }
 }

@@ -1,4 +1,5 @@
 //! TOML scene files.
 
+pub mod lights;
 pub mod parse;
 pub mod reader;

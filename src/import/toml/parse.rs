@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::import::obj::mtl::MtlMaterial;
+use crate::import::toml::lights::{EnvironmentEntry, LightEntry, parse_environment, parse_lights};
 use crate::import::toml::reader::{Document, Lines, Table};
 use crate::scene::camera::{CameraKey, CameraPath};
 use crate::scene::desc::{CameraDesc, PixelFilter, RenderDesc, Scattering};
@@ -34,6 +35,8 @@ pub struct SceneFile {
     pub materials: Vec<MaterialEntry>,
     /// The environment, if it shines.
     pub environment: Option<EnvironmentEntry>,
+    /// The other lights, in file order.
+    pub lights: Vec<LightEntry>,
 }
 
 /// One `[[mesh]]`.
@@ -45,27 +48,6 @@ pub struct MeshEntry {
     pub line: usize,
     /// Where it stands.
     pub transform: Similarity,
-}
-
-/// What `[environment]` says.
-#[derive(Clone, Debug, PartialEq)]
-pub enum EnvironmentEntry {
-    /// The same from every direction.
-    Constant {
-        /// Radiance, W sr^-1 m^-2, scale included; not all 0.
-        radiance: [f64; 3],
-    },
-    /// A picture.
-    Map {
-        /// Its file, as written.
-        file: String,
-        /// The line that names it.
-        line: usize,
-        /// Degrees about +y.
-        rotate: f64,
-        /// Factor from texels to radiance, at least 0.
-        scale: f64,
-    },
 }
 
 /// The kinds of material.
@@ -166,7 +148,7 @@ pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
     let document = Document { path, lines: &lines };
     let root = DeTable::parse(text).map_err(|e| document.syntax_error(&e))?;
     let root = Table { document, name: "the scene".into(), span: 0..0, entries: root.get_ref() };
-    root.check_keys(&["camera", "film", "render", "mesh", "material", "environment"], &[])?;
+    root.check_keys(&["camera", "film", "render", "mesh", "material", "environment", "light"], &[])?;
     let section = |key: &str| match root.entries.get(key) {
         Some(value) => document.table(format!("[{key}]"), value).map(Some),
         None => Ok(None),
@@ -181,6 +163,7 @@ pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
         meshes: parse_meshes(&root)?,
         materials: section("material")?.map(|t| parse_materials(&t)).transpose()?.unwrap_or_default(),
         environment: section("environment")?.map(|t| parse_environment(&t)).transpose()?.flatten(),
+        lights: parse_lights(&root)?,
     })
 }
 
@@ -402,36 +385,6 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         (_, Some(_), Some(_)) => Err(table.error_at("reflectance", "`reflectance` and `eta`, `k` exclude each other")),
         _ => Ok(entry),
     }
-}
-
-fn parse_environment(table: &Table<'_>) -> Result<Option<EnvironmentEntry>> {
-    table.check_keys(&["radiance", "map", "rotate", "scale"], &[])?;
-    let scale = table.number("scale")?.unwrap_or(1.0);
-    if scale < 0.0 {
-        return Err(table.error_at("scale", "`scale` is negative; light cannot be"));
-    }
-    let (radiance, map) = (table.radiance("radiance")?, table.string("map")?);
-    let Some(radiance) = radiance else {
-        let file = map.ok_or_else(|| table.error("`radiance` or `map` is missing"))?.to_owned();
-        if file.is_empty() {
-            return Err(table.error_at("map", "`map` is empty: name an .exr, .hdr, .pfm or .png file"));
-        }
-        let rotate = table.number("rotate")?.unwrap_or(0.0);
-        return Ok(Some(EnvironmentEntry::Map { file, line: table.line_of("map"), rotate, scale }));
-    };
-    if map.is_some() {
-        return Err(table.error_at("map", "`radiance` and `map` exclude each other: keep one"));
-    }
-    if table.number("rotate")?.is_some() {
-        return Err(table.error_at("rotate", "`rotate` turns a `map`; constant radiance has nothing to turn"));
-    }
-    let radiance = radiance.map(|x| x * scale);
-    if !radiance.iter().all(|&x| validate::is_radiance(x)) {
-        let most = validate::MOST_RADIANCE;
-        let fault = format!("radiance times scale must be at most {most:e}, the largest radiance that works");
-        return Err(table.error_at("scale", fault));
-    }
-    Ok((radiance != [0.0; 3]).then_some(EnvironmentEntry::Constant { radiance }))
 }
 
 /// The bytes of a TOML file as text.

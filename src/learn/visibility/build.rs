@@ -7,7 +7,7 @@ use crate::tables::PreparedScene;
 use crate::tables::lights::learned::{ALIKE, FACES, LEAST_FACTOR, LearnedLights, MIRROR_BINS, NO_SLOT};
 use crate::tables::lights::table::{LightTable, Selection, power};
 use crate::tables::lights::tree::{LEAF, LightTree, WIDTH};
-use crate::tables::lights::visibility::{STEPS, Visibility};
+use crate::tables::lights::visibility::{NO_EMITTER, STEPS, Visibility};
 
 /// Sets the factors of the light tree's columns, if there is one, to what `records` say.
 pub fn weigh(scene: &PreparedScene, lights: &mut LightTable, records: &VisibilityRecords) {
@@ -76,15 +76,23 @@ struct Columns {
 impl Columns {
     fn new(scene: &PreparedScene, tree: &LightTree, learned: &LearnedLights, visibility: &Visibility) -> Columns {
         let mut powers: Vec<(u32, u32, f64)> = Vec::new();
-        for (emitter, &path) in scene.emitters.iter().zip(&tree.paths) {
+        let number = |point| visibility.numbers[visibility.grid.cell(visibility.grid.axes(point)) as usize];
+        let emitters = scene.emitters.iter().map(|emitter| {
             let vertices = scene.triangles[emitter.triangle as usize].vertices;
             let centroid = std::array::from_fn(|axis| vertices.iter().map(|vertex| vertex[axis]).sum::<f32>() / 3.0);
-            let number = visibility.numbers[visibility.grid.cell(visibility.grid.axes(centroid)) as usize];
+            (number(centroid), power(scene, emitter))
+        });
+        let deltas = scene.delta_lights.records.iter().zip(scene.delta_lights.powers());
+        let deltas = deltas.map(|(light, power)| match light.distant {
+            0 => (number(light.position), power),
+            _ => (NO_EMITTER, power),
+        });
+        for ((number, power), &path) in emitters.chain(deltas).zip(&tree.paths) {
             let (mut node, mut path) = (0, path);
             while learned.slots[node as usize] != NO_SLOT {
                 let column = path as u32 & 7;
                 path >>= 3;
-                powers.push((learned.slots[node as usize] * WIDTH as u32 + column, number, power(scene, emitter)));
+                powers.push((learned.slots[node as usize] * WIDTH as u32 + column, number, power));
                 let child = tree.nodes[node as usize].child[column as usize];
                 if child & LEAF != 0 {
                     break;

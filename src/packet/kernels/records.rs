@@ -10,6 +10,7 @@ use bytemuck::Pod;
 
 use crate::tables::alpha_masks::AlphaMaskRecord;
 use crate::tables::corners::CornerRecord;
+use crate::tables::lights::deltas::DeltaRecord;
 use crate::tables::lights::table::LightRecord;
 use crate::tables::materials::MaterialRecord;
 use crate::tables::triangles::TriangleRecord;
@@ -158,6 +159,38 @@ impl LightColumns {
     #[inline(always)]
     pub fn two_sided(&self) -> Mask8 {
         self.signed_pdf_area.lt(F32x8::ZERO)
+    }
+}
+
+/// Eight [`DeltaRecord`]s.
+pub struct DeltaColumns {
+    /// Positions, scene units; of directional lights unit directions towards them.
+    pub position: Vec3x8,
+    /// 1 of directional lights, else 0.
+    pub distant: U32x8,
+    /// Intensities along the axes, or irradiances.
+    pub strength: Vec3x8,
+    /// Versines of the cones' edges.
+    pub edge: F32x8,
+    /// Unit axes of the cones.
+    pub axis: Vec3x8,
+    /// One over the versines between edges and where lights are whole.
+    pub falloff: F32x8,
+}
+
+impl DeltaColumns {
+    /// The rows of `lights` that `indices` name.
+    #[inline(always)]
+    pub fn gather(lights: &[DeltaRecord], indices: U32x8) -> DeltaColumns {
+        let words = Words::gather(lights, indices);
+        DeltaColumns {
+            position: words.vector(offset_of!(DeltaRecord, position)),
+            distant: words.integer(offset_of!(DeltaRecord, distant)),
+            strength: words.vector(offset_of!(DeltaRecord, strength)),
+            edge: words.number(offset_of!(DeltaRecord, edge)),
+            axis: words.vector(offset_of!(DeltaRecord, axis)),
+            falloff: words.number(offset_of!(DeltaRecord, falloff)),
+        }
     }
 }
 

@@ -49,7 +49,7 @@ pub fn probability(lights: &LightTable, receiver: &Receiver, light: Light) -> Re
     }
 }
 
-/// How many eighths of the light samples go to the environment if the scene has emitters too.
+/// How many eighths of the light samples go to the environment if the scene has other lights too.
 fn eighths(lights: &LightTable, receiver: &Receiver) -> u32 {
     match &lights.selection {
         Selection::Tree(tree) if lights.environment.is_some() => environment_eighths(tree, receiver),
@@ -57,7 +57,7 @@ fn eighths(lights: &LightTable, receiver: &Receiver) -> u32 {
     }
 }
 
-/// Under a light tree, the probability with which a light sample goes to emitters.
+/// Under a light tree, the probability with which a light sample goes to another light than the environment.
 fn emitter_part(lights: &LightTable, receiver: &Receiver) -> Real {
     if lights.environment.is_some() { (8 - eighths(lights, receiver)) as Real * 0.125 } else { 1.0 }
 }

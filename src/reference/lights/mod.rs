@@ -6,6 +6,7 @@ use super::{
 };
 
 pub mod choose;
+pub mod delta;
 pub mod environment;
 pub mod factors;
 pub mod sample;

@@ -2,6 +2,7 @@
 
 use super::alpha_masks::is_opaque;
 use super::choose::{Light, choose, probability};
+use super::delta::sample_delta;
 use super::environment::{map_pdf_dir, sample_map, sample_texel, texel_index};
 use super::intersect::{Hit, Ray, hit_triangle};
 use super::surface::{SurfacePoint, barycentric_point};
@@ -27,8 +28,10 @@ pub struct LightSample {
     pub radiance: Vec3,
     /// The probability with which roulette has let the shadow ray be traced; 1: none was played.
     pub survival: Real,
-    /// Density per steradian, selection included, above 0.
+    /// Density per steradian, selection included, above 0; of a delta light the selection alone.
     pub pdf_dir: Real,
+    /// No hit finds the light.
+    pub delta: bool,
     /// The segment that must be free: from the point's ray origin in this direction (not normalised) ..
     pub shadow_direction: Vec3,
     /// .. up to this parameter.
@@ -39,9 +42,9 @@ pub struct LightSample {
 
 /// What a shadow ray is sent to.
 pub enum Target {
-    /// The environment.
+    /// The environment, or a directional light.
     Environment,
-    /// A common emitter, a little behind its end.
+    /// A common emitter, or a delta light at a point, a little behind its end.
     Emitter,
     /// A precise triangle that it hits at its end. What closest hits would find first blocks it.
     Triangle(u32),
@@ -75,7 +78,10 @@ pub fn sample_light(
             let words = environment_words(lights, word, draws.fork());
             sample_environment(lights, point, row, probability, words, u)
         }
-        Light::Emitter(emitter) => sample_emitter(lights, point, probability, emitter, u),
+        Light::Emitter(light) => match lights.delta(light) {
+            Some(delta) => sample_delta(delta, point, probability),
+            None => sample_emitter(lights, point, probability, light, u),
+        },
     }
 }
 
@@ -125,6 +131,7 @@ fn sample_emitter(
         radiance,
         survival: 1.0,
         pdf_dir,
+        delta: false,
         shadow_direction: to_light,
         shadow_tmax,
         target,
@@ -151,7 +158,7 @@ fn aim(lights: &LightTable, chosen: u32, origin: Vec3, direction: Vec3) -> (Targ
 /// The words that choose a texel of an environment map, where choosing a light leaves `word`. Where there was something to
 /// choose, three of its bits are spent: the first three of `fork` replace them.
 pub fn environment_words(lights: &LightTable, word: u32, fork: u32) -> [u32; 2] {
-    if lights.records.is_empty() { [word, fork] } else { [word | fork >> 29, fork << 3] }
+    if lights.count() == 0 { [word, fork] } else { [word | fork >> 29, fork << 3] }
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normal, a map by its radiance; by what was learned
@@ -193,6 +200,7 @@ fn sample_environment(
         radiance,
         survival: 1.0,
         pdf_dir: probability * pdf_dir,
+        delta: false,
         shadow_direction: direction,
         shadow_tmax: Real::INFINITY,
         target: Target::Environment,

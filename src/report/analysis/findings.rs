@@ -123,7 +123,8 @@ pub fn analyze(experiment: &Experiment, references: &[Reference], measured: &Mea
             if !runs.is_empty() {
                 let pool = measured.pools[case].get(configuration).unwrap_or(&none);
                 let strategy = experiment.strategy(configuration);
-                let exact = strategy.is_none_or(|strategy| !strategy.is_biased());
+                let scene = &experiment.cases[case].scene;
+                let exact = strategy.is_none_or(|strategy| !strategy.is_biased() && scene.is_seen_by(strategy));
                 let bounded = strategy.is_none_or(Strategy::is_mis);
                 let ask = Ask { exact, bounded, confidence, targets: &targets, reach: experiment.reach };
                 findings.push(find(&runs, pool, &reference.image, &ask));

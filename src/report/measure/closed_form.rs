@@ -25,12 +25,7 @@ pub fn radiance(scene: &SceneDesc, max_depth: Option<u32>) -> Option<[f64; 3]> {
     });
     let lit = first.emission.iter().any(|e| *e > 0.0) && albedo.iter().all(|a| *a < 1.0);
     // Interpolated normals change what a surface reflects; a lens could reach outside.
-    if !same
-        || !lit
-        || scene.environment().is_some()
-        || !geometry.corners.is_empty()
-        || scene.camera.aperture_radius > 0.0
-    {
+    if !same || !lit || !scene.lights.is_empty() || !geometry.corners.is_empty() || scene.camera.aperture_radius > 0.0 {
         return None;
     }
     if !closed_and_fronts_inwards(&geometry, DVec3::from_array(scene.camera.eye())) {

@@ -56,6 +56,11 @@ impl Words<'_> {
         self.strategy(finding).is_some_and(|strategy| strategy.is_biased())
     }
 
+    /// Whether its strategy has a way to find each light of its scene.
+    fn sees_all(&self, finding: &Finding) -> bool {
+        self.strategy(finding).is_none_or(|strategy| self.experiment.cases[finding.case].scene.is_seen_by(strategy))
+    }
+
     /// The findings that can be ranked, best first.
     pub fn ranking(&self) -> Vec<&Finding> {
         ranking(self.findings.iter().copied())
@@ -188,6 +193,9 @@ impl Words<'_> {
         }
         text += match (self.strategy(finding).is_some(), self.is_biased_by_design(finding)) {
             (true, true) => "That is what this step of the lecture is there to show.",
+            (true, false) if !self.sees_all(finding) => {
+                "It finds light by hitting it, and no ray can hit the point, spot and directional lights of this scene."
+            }
             (true, false) => {
                 "It should have no bias: the reference shows something else, or there is a fault in the program."
             }

@@ -1,6 +1,7 @@
-//! What light sampling reads: emissive triangles, the environment, and how to choose between them.
+//! What light sampling reads: emissive triangles, delta lights, the environment, and how to choose between them.
 
 pub mod alias;
+pub mod deltas;
 pub mod emitters;
 pub mod environment;
 pub mod learned;

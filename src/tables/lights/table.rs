@@ -1,9 +1,11 @@
 //! The light table: what a light sample reads, for one light selection.
 //!
-//! A light sample first decides between the environment and the triangles (with probability 1/2 each where a scene has
-//! both, unless the light tree knows better), then chooses a triangle, then a point on it: uniformly by the solid angle
-//! that it fills where that is large enough to matter, else uniformly by area. Choosing uses all 32 bits of one random
+//! A light sample first decides between the environment and the other lights (with probability 1/2 each where a scene has
+//! both, unless the light tree knows better), then chooses one of these, then, on a triangle, a point: uniformly by the solid
+//! angle that it fills where that is large enough to matter, else uniformly by area. Choosing uses all 32 bits of one random
 //! word.
+//!
+//! Lights are numbered: emissive triangles in the order of their ids, then delta lights in that of the scene.
 
 use std::sync::Arc;
 
@@ -14,6 +16,7 @@ use crate::sampler::index_below;
 use crate::settings::Lights;
 use crate::tables::alpha_masks::AlphaMaskTable;
 use crate::tables::lights::alias::{AliasColumn, alias_table, factor_above, probabilities_by_word, whole_shares};
+use crate::tables::lights::deltas::DeltaRecord;
 use crate::tables::lights::emitters::Emitter;
 use crate::tables::lights::environment::{Distribution, Environment, EnvironmentMap};
 use crate::tables::lights::learned::LearnedLights;
@@ -141,20 +144,22 @@ pub enum EnvironmentLight<'a> {
 pub struct LightTable<'a> {
     /// Per emitter of the scene, its record.
     pub records: Vec<LightRecord>,
+    /// Per delta light of the scene, its record.
+    pub deltas: &'a [DeltaRecord],
     /// Where each of them is among the triangles, for shadow rays.
     pub targets: Targets,
     /// Pictures on lights, if any light has one.
     pub textures: Option<LightTextures>,
     /// Whether any of them emits on both sides.
     pub two_sided: bool,
-    /// How a triangle is chosen.
+    /// How a light other than the environment is chosen.
     pub selection: Selection<'a>,
     /// What was learned of the tree's clusters, under [`Selection::Tree`], and of patches of an environment map; only where it
     /// pays.
     pub learned: Option<LearnedLights>,
     /// What was learned of which cells see each other; only under [`Lights::NeePlusPlus`].
     pub visibility: Option<Visibility>,
-    /// Per emitter, the probability with which a light sample goes to it; one value if all have the same. (Not under
+    /// Per light, the probability with which a light sample goes to it; one value if all have the same. (Not under
     /// [`Selection::Tree`], where it depends on the place.)
     pub probabilities: Vec<f32>,
     /// The environment, if it is a light.
@@ -168,14 +173,14 @@ impl<'a> LightTable<'a> {
     /// The table of `scene` under `lights`; `compensated`: see [`EnvironmentMap::distribution`]. Nothing is learned yet: until
     /// [`LightTable::learned`] is set, [`Lights::Learned`] and [`Lights::NeePlusPlus`] choose as [`Lights::Tree`] does.
     pub fn new(scene: &'a PreparedScene, lights: Lights, compensated: bool) -> LightTable<'a> {
-        let count = scene.emitters.len();
+        let deltas = &scene.delta_lights.records[..];
+        let count = scene.emitters.len() + deltas.len();
         let environment_probability = match (&scene.environment, count) {
             (None, _) => 0.0,
             (Some(_), 0) => 1.0,
             (Some(_), _) => 0.5,
         };
-        let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
-        let tree = if lights.by_tree() { scene.light_tree(powers, false) } else { None };
+        let tree = if lights.by_tree() { scene.light_tree(|| powers(scene), false) } else { None };
         let to_emitters = 1.0 - environment_probability as f64;
         let stated = if planted(Fault::LopsidedChoice) { 0.9 * to_emitters } else { to_emitters };
         let records = scene.emitters.iter().map(|emitter| {
@@ -190,7 +195,7 @@ impl<'a> LightTable<'a> {
         let selection = match (count, lights, tree) {
             (_, _, Some(tree)) => Selection::Tree(tree),
             (0 | 1, ..) => Selection::Fixed(Fixed::Single),
-            (_, Lights::Power, _) => Selection::Fixed(Fixed::by_power(&powers(), to_emitters)),
+            (_, Lights::Power, _) => Selection::Fixed(Fixed::by_power(&powers(scene), to_emitters)),
             _ => Selection::Fixed(Fixed::Uniform(count as u32)),
         };
         let environment = scene.environment.as_ref().map(|environment| match environment {
@@ -199,6 +204,7 @@ impl<'a> LightTable<'a> {
         });
         LightTable {
             records: records.collect(),
+            deltas,
             targets: Targets::new(scene),
             textures: textures(scene),
             two_sided: scene.emitters.iter().any(|emitter| emitter.two_sided),
@@ -222,9 +228,8 @@ impl<'a> LightTable<'a> {
     /// Gives it what any scene may need: a tree, where `lights` choose by one, if there is but one lamp, and textures of lights
     /// if none has one. Nothing is drawn otherwise.
     pub fn generalise(&mut self, scene: &'a PreparedScene, lights: Lights) {
-        let powers = || scene.emitters.iter().map(|emitter| power(scene, emitter)).collect::<Vec<f64>>();
         if let (Selection::Fixed(_), true) = (&self.selection, lights.by_tree()) {
-            self.selection = scene.light_tree(powers, true).map_or(self.selection.clone(), Selection::Tree);
+            self.selection = scene.light_tree(|| powers(scene), true).map_or(self.selection.clone(), Selection::Tree);
         }
         if self.textures.is_none() {
             self.textures = Some(light_textures(scene, false));
@@ -243,12 +248,29 @@ impl<'a> LightTable<'a> {
         self.learned.as_ref()?.patches.as_ref()
     }
 
-    /// Whether there is anything to sample.
-    pub fn is_empty(&self) -> bool {
-        self.records.is_empty() && self.environment.is_none()
+    /// How many lights there are besides the environment.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.records.len() + self.deltas.len()
     }
 
-    /// The probability with which a light sample goes to emitter `light`.
+    /// Whether there is anything to sample.
+    pub fn is_empty(&self) -> bool {
+        self.count() == 0 && self.environment.is_none()
+    }
+
+    /// Whether rays can find any light.
+    pub fn can_be_hit(&self) -> bool {
+        !self.records.is_empty() || self.environment.is_some()
+    }
+
+    /// The delta light with the number `light`; `None`: that is an emitter.
+    #[inline]
+    pub fn delta(&self, light: u32) -> Option<&DeltaRecord> {
+        self.deltas.get((light as usize).checked_sub(self.records.len())?)
+    }
+
+    /// The probability with which a light sample goes to the light with the number `light`.
     #[inline]
     pub fn probability(&self, light: u32) -> f32 {
         if self.probabilities.len() == 1 { self.probabilities[0] } else { self.probabilities[light as usize] }
@@ -256,7 +278,8 @@ impl<'a> LightTable<'a> {
 
     /// The tables and their sizes in bytes.
     pub fn tables(&self) -> Vec<(&'static str, usize)> {
-        let mut tables = vec![("light records", size_of_val(&self.records[..]))];
+        let mut tables =
+            vec![("light records", size_of_val(&self.records[..])), ("delta lights", size_of_val(self.deltas))];
         match &self.selection {
             Selection::Fixed(Fixed::Alias(columns)) => {
                 tables.push(("light alias table", size_of_val(&columns[..])));
@@ -289,6 +312,11 @@ fn light_textures(scene: &PreparedScene, masked: bool) -> LightTextures {
     }
 }
 
+/// What the lights of a scene but for its environment send out, in the order of their numbers; up to a constant factor.
+fn powers(scene: &PreparedScene) -> Vec<f64> {
+    scene.emitters.iter().map(|emitter| power(scene, emitter)).chain(scene.delta_lights.powers()).collect()
+}
+
 /// What an emitter sends out, up to a constant factor: of a picture, its mean (never quite 0, so that a total exists).
 pub fn power(scene: &PreparedScene, emitter: &Emitter) -> f64 {
     let sides = if emitter.two_sided { 2.0 } else { 1.0 };
@@ -299,7 +327,7 @@ pub fn power(scene: &PreparedScene, emitter: &Emitter) -> f64 {
 /// Light kinds in words, for plans and reports.
 pub fn selection_name(table: &LightTable) -> String {
     let triangles = match &table.selection {
-        _ if table.records.is_empty() => None,
+        _ if table.count() == 0 => None,
         Selection::Fixed(Fixed::Single) => Some("single light"),
         Selection::Fixed(Fixed::Uniform(_)) => Some("uniform"),
         Selection::Fixed(Fixed::Alias(_)) => Some("power (alias table)"),

@@ -10,6 +10,8 @@ use glam::Vec3;
 
 /// In a shadow ray's target: rounding made the ray miss it.
 pub const MISSED: u32 = 1 << 31;
+/// In a shadow ray's target: it is a delta light. The other bits are its number.
+pub const DELTA: u32 = 1 << 30;
 
 /// The part of the way to a common emitter that must be free: 1 - 2^-17. Boxes about the emitter are then not entered.
 /// (Whatever lies so close before an emitter makes it a precise one; see [`crate::bvh::precise`].)

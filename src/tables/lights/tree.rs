@@ -6,7 +6,7 @@
 //! for one point, or one cluster for eight points; a tree over thousands of lights is four levels deep.
 //!
 //! **Leaves** are single triangles, or two that make a parallelogram of one radiance: these share a leaf, and either is
-//! as likely. A scene with one leaf needs no tree ([`LightTree::new`] gives none).
+//! as likely; or delta lights ([`DeltaLights::bounds`]). A scene with one leaf needs no tree ([`LightTree::new`] gives none).
 //!
 //! **Bounds are conservative**: what they say cannot see each other cannot (spheres and cones are rounded outwards), so a
 //! light that can contribute at a point has a positive probability there.
@@ -14,6 +14,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
+use crate::tables::lights::deltas::DeltaLights;
 use crate::tables::lights::emitters::Emitter;
 use crate::tables::triangles::TriangleRecord;
 
@@ -66,7 +67,7 @@ pub struct LightNode {
     pub child: [u32; WIDTH],
 }
 
-/// A tree over the emissive triangles of a scene.
+/// A tree over the lights of a scene but for its environment.
 #[derive(Clone, Debug)]
 pub struct LightTree {
     /// Nodes, the root first.
@@ -103,35 +104,39 @@ struct Primitive {
 }
 
 impl LightTree {
-    /// The tree over `emitters` with the given powers (area times radiance times sides, summed over the channels), beside
-    /// an environment of the given mean radiance (summed likewise; 0: none). `None` if nothing is to be chosen: no light
-    /// but the environment, or nothing but one triangle or one parallelogram, unless that is to have its tree `always`.
+    /// The tree over `emitters` with the given powers (area times radiance times sides, summed over the channels) and `deltas`,
+    /// beside an environment of the given mean radiance (summed likewise; 0: none). `None` if nothing is to be chosen: no light
+    /// but the environment, or nothing but one triangle, one parallelogram or one delta light, unless that is to have its tree
+    /// `always`.
     pub fn new(
-        emitters: &[Emitter],
-        triangles: &[TriangleRecord],
+        (emitters, triangles): (&[Emitter], &[TriangleRecord]),
         powers: &[f64],
+        deltas: &DeltaLights,
         environment: f64,
         always: bool,
     ) -> Option<LightTree> {
         let mut primitives = primitives(emitters, triangles, powers);
+        let reach = primitives
+            .iter()
+            .flat_map(|primitive| primitive.corners)
+            .fold(deltas.reach(), |reach: f64, corner| reach.max(corner.abs().max_element()));
+        primitives.extend(delta_primitives(deltas, emitters.len()));
         let choice = primitives.len() > 1 || environment > 0.0;
         if primitives.is_empty() || !(choice || always) {
             return None;
         }
         let strongest = primitives.iter().map(|p| p.bounds.power).fold(0.0, f64::max);
-        let mut reach = 0.0f64;
         for primitive in &mut primitives {
             // Never so weak that its importance could vanish in f32.
             let relative = if strongest > 0.0 { primitive.bounds.power / strongest } else { 1.0 };
             primitive.bounds.power = relative.max(1e-9);
-            reach = primitive.corners.iter().fold(reach, |reach, corner| reach.max(corner.abs().max_element()));
         }
         // Half of what a hemisphere of it sends, for the reason of `LEAF_BLUR`; within the range of f32.
         let share = if strongest > 0.0 { std::f64::consts::FRAC_PI_2 * environment / strongest } else { 1.0 };
         let environment = if environment > 0.0 { share.clamp(1e-30, 1e30) as f32 } else { 0.0 };
         let mut tree = LightTree {
             nodes: Vec::new(),
-            paths: vec![0; emitters.len()],
+            paths: vec![0; emitters.len() + deltas.records.len()],
             choice,
             environment,
             strongest: strongest as f32,
@@ -173,6 +178,17 @@ fn primitives(emitters: &[Emitter], triangles: &[TriangleRecord], powers: &[f64]
         i += count;
     }
     list
+}
+
+/// One primitive a delta light; `first` is the number of the first.
+fn delta_primitives(deltas: &DeltaLights, first: usize) -> impl Iterator<Item = Primitive> {
+    deltas.bounds().enumerate().map(move |(i, light)| {
+        let (low, high, normals) = (light.low, light.high, light.normal);
+        let sides = if normals == DVec3::ZERO { 2.0 } else { 1.0 };
+        let bounds = Bounds { low, high, normals, sides, power: light.power };
+        let corners = [low, high, DVec3::new(low.x, high.y, low.z), DVec3::new(high.x, low.y, high.z)];
+        Primitive { bounds, corners, child: LEAF | (first + i) as u32 }
+    })
 }
 
 /// Whether two lights send out the same from every point of them.

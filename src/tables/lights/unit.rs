@@ -13,6 +13,8 @@ pub const ORDINARY: std::ops::RangeInclusive<i32> = -40..=40;
 /// The unit of radiance in which `desc` is rendered, W sr^-1 m^-2: a power of two; 1 unless its largest radiance is extreme.
 pub fn radiance_unit(desc: &SceneDesc) -> f64 {
     let emitted = desc.materials.iter().flat_map(|material| material.emission).fold(0.0, f64::max);
+    // In scenes of ordinary size; f32 has room for others.
+    let sent = desc.delta_lights().flat_map(|desc| desc.light.strength()).fold(0.0, f64::max);
     let surrounding = match desc.environment() {
         None => 0.0,
         Some(EnvironmentDesc::Constant { radiance }) => radiance.iter().copied().fold(0.0, f64::max),
@@ -20,7 +22,7 @@ pub fn radiance_unit(desc: &SceneDesc) -> f64 {
             f64::from(map.texels.iter().flatten().copied().fold(0.0, f32::max)) * map.scale
         }
     };
-    let brightest = emitted.max(surrounding);
+    let brightest = emitted.max(surrounding).max(sent);
     if brightest < f64::MIN_POSITIVE {
         return 1.0;
     }

@@ -43,6 +43,9 @@ impl Visibility {
                 }
             }
         }
+        for light in scene.delta_lights.records.iter().filter(|light| light.distant == 0) {
+            numbers[grid.cell(grid.axes(light.position)) as usize] = 1;
+        }
         let mut last = NO_EMITTER;
         for number in numbers.iter_mut().filter(|number| **number != NO_EMITTER) {
             last += 1;

@@ -10,7 +10,7 @@ use here::lanes::{F32x8, Mask8, U32x8};
 pub struct Choice {
     /// Lanes whose sample goes to the environment.
     pub environment: Mask8,
-    /// The emitters that the other lanes' samples go to.
+    /// The emitters or delta lights that the other lanes' samples go to.
     pub emitter: U32x8,
     /// Light selection probabilities.
     pub probability: F32x8,
@@ -30,12 +30,12 @@ pub enum Light8 {
 #[inline(always)]
 pub fn choose(lights: &LightTable, receivers: &Receivers, active: Mask8, word: U32x8) -> Choice {
     let eighths = eighths(lights, receivers);
-    let (environment, word) = match (lights.environment.is_some(), lights.records.is_empty()) {
+    let (environment, word) = match (lights.environment.is_some(), lights.count() == 0) {
         (false, _) => (Mask8::NONE, word),
         (true, true) => (Mask8::ALL, word),
         (true, false) => ((word >> 29).lt_signed(eighths), word << 3),
     };
-    if lights.records.is_empty() {
+    if lights.count() == 0 {
         return Choice { environment, emitter: U32x8::ZERO, probability: environment_part(lights, eighths), word };
     }
     let (emitter, probability) = match &lights.selection {
@@ -74,7 +74,7 @@ pub fn probability(lights: &LightTable, receivers: &Receivers, active: Mask8, li
     }
 }
 
-/// How many eighths of the light samples go to the environment if the scene has emitters too.
+/// How many eighths of the light samples go to the environment if the scene has other lights too.
 #[inline(always)]
 fn eighths(lights: &LightTable, receivers: &Receivers) -> U32x8 {
     match &lights.selection {
@@ -83,7 +83,7 @@ fn eighths(lights: &LightTable, receivers: &Receivers) -> U32x8 {
     }
 }
 
-/// Under a light tree, the probabilities with which light samples go to emitters.
+/// Under a light tree, the probabilities with which light samples go to other lights than the environment.
 #[inline(always)]
 fn emitter_part(lights: &LightTable, eighths: U32x8) -> F32x8 {
     match lights.environment {
@@ -101,7 +101,7 @@ fn environment_part(lights: &LightTable, eighths: U32x8) -> F32x8 {
     }
 }
 
-/// The probabilities with which light samples go to emitters where places do not matter.
+/// The probabilities with which light samples go to lights where places do not matter.
 #[inline(always)]
 fn fixed_probabilities(lights: &LightTable, emitter: U32x8) -> F32x8 {
     match lights.probabilities[..] {

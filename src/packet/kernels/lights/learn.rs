@@ -6,7 +6,7 @@ use crate::learn::records::{CAP, Lesson, LightRecords, PLAIN_UNIT, SQUARE_UNIT, 
 use crate::tables::lights::learned::{LearnedLights, NO_SLOT};
 use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::table::{LightTable, Selection};
-use crate::tables::lights::targets::MISSED;
+use crate::tables::lights::targets::{DELTA, MISSED};
 use crate::tables::lights::tree::{LEAF, LightTree};
 use here::kernels::lights::sample::LightSamples;
 use here::kernels::lights::tree::{Receivers, cluster_importances, shares, sum};
@@ -50,14 +50,16 @@ pub fn record(samples: &Samples, pending: &mut Vec<Lesson>, records: &mut LightR
                 let lane = lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
                 let at = |v: &[[f32; LANES]; 3]| Vec3x8::splat([v[0][lane], v[1][lane], v[2][lane]]);
+                // Shadow rays to directional lights leave the scene as those to the environment do.
+                let chosen = tmax[lane] < f32::INFINITY || target[lane] & DELTA != 0;
                 let lesson = match (&samples.lights.selection, &learned.patches) {
-                    (_, Some(patches)) if tmax[lane] == f32::INFINITY => {
+                    (_, Some(patches)) if !chosen => {
                         let patch = patch_visit(patches, key[lane], row[lane], word[lane], gain[lane]);
                         Lesson { patch: Some(patch), ..Lesson::default() }
                     }
-                    (Selection::Tree(tree), _) if tmax[lane] < f32::INFINITY && learned.slot_count > 0 => {
+                    (Selection::Tree(tree), _) if chosen && learned.slot_count > 0 => {
                         let place = Place { origin: at(&origin), normal: at(&normal), key: key[lane], row: row[lane] };
-                        lesson(tree, learned, &place, target[lane] & !MISSED, gain[lane])
+                        lesson(tree, learned, &place, target[lane] & !(MISSED | DELTA), gain[lane])
                     }
                     _ => Lesson::default(),
                 };

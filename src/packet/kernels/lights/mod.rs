@@ -3,6 +3,7 @@
 use super::here;
 
 pub mod choose;
+pub mod delta;
 pub mod environment;
 pub mod factors;
 pub mod learn;

@@ -7,6 +7,7 @@ use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
 use crate::tables::lights::targets::{FREE_PART, MISSED};
 use here::kernels::alpha_masks::opaque;
 use here::kernels::lights::choose::{Choice, Light8, choose, probability};
+use here::kernels::lights::delta::sample_any;
 use here::kernels::lights::environment::{map_pdf_dir, sample_learned, sample_map};
 use here::kernels::lights::tree::Receivers;
 use here::kernels::lights::triangle::solid_angles;
@@ -28,13 +29,14 @@ pub struct LightSamples {
     /// Radiance that arrives if nothing is in between, over the probability with which roulette has let it be looked for, once
     /// that was played.
     pub radiance: Vec3x8,
-    /// Densities per steradian, selection included.
+    /// Densities per steradian, selection included; of delta lights the selection alone.
     pub pdf_dir: F32x8,
     /// The segments that must be free, from the points' ray origins (not normalised).
     pub shadow_direction: Vec3x8,
     /// Where they end: where they hit the precise triangles they aim at, a little before common ones.
     pub shadow_tmax: F32x8,
-    /// The emitters they aim at, with [`MISSED`] where rounding makes them miss.
+    /// The emitters they aim at, with [`MISSED`] where rounding makes them miss, or the delta lights, with
+    /// [`DELTA`](crate::tables::lights::targets::DELTA).
     pub target: U32x8,
 }
 
@@ -49,14 +51,14 @@ pub fn sample_lights(
 ) -> LightSamples {
     let receivers = Receivers { origin: points.origin, normal: points.normal, row };
     let choice = choose(lights, &receivers, active, draws.select);
-    let Some(environment) = lights.environment else { return sample_emitters(lights, points, &choice, draws.point) };
+    let Some(environment) = lights.environment else { return sample_chosen(lights, points, &choice, draws.point) };
     let words = environment_words(lights, choice.word, draws.fork());
     let learned = lights.learned_patches().map(|patches| (patches, row));
     let a = sample_environment(environment, learned, points, &choice, words, draws.point);
-    if lights.records.is_empty() {
+    if lights.count() == 0 {
         return a;
     }
-    let b = sample_emitters(lights, points, &choice, draws.point);
+    let b = sample_chosen(lights, points, &choice, draws.point);
     let sky = choice.environment;
     LightSamples {
         valid: (sky & a.valid) | b.valid.and_not(sky),
@@ -103,9 +105,18 @@ fn textured(textures: &LightTextures, light: U32x8, radiance: Vec3x8, weights: [
     )
 }
 
+/// What arrives from the lights that were chosen.
+#[inline(always)]
+fn sample_chosen(lights: &LightTable, points: &SurfacePoints, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
+    match lights.deltas {
+        [] => sample_emitters(lights, points, choice, u),
+        _ => sample_any(lights, points, choice, u),
+    }
+}
+
 /// Points on the emitters that were chosen.
 #[inline(always)]
-fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
+pub fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
     let light = LightColumns::gather(&lights.records, choice.emitter);
     let pdf_area = light.pdf_area();
     let solid_angles = solid_angles(&light.vertices, pdf_area, points.origin);
@@ -190,7 +201,7 @@ pub fn light_pdf_dir(
 /// choose, three of its bits are spent: the first three of `fork` replace them.
 #[inline(always)]
 pub fn environment_words(lights: &LightTable, word: U32x8, fork: U32x8) -> [U32x8; 2] {
-    if lights.records.is_empty() { [word, fork] } else { [word | fork >> 29, fork << 3] }
+    if lights.count() == 0 { [word, fork] } else { [word | fork >> 29, fork << 3] }
 }
 
 /// A constant environment is sampled by a cosine hemisphere about the surface normals, a map by its radiance, and by what was

@@ -6,7 +6,7 @@ use crate::bvh::{RayKind, Scratch, Segments};
 use crate::packet::context::StageContext;
 use crate::packet::counters::Counters;
 use crate::packet::queues::{ShadowQueue, TileState};
-use crate::tables::lights::targets::MISSED;
+use crate::tables::lights::targets::{DELTA, MISSED};
 use here::kernels::alpha_masks::{is_there, pass_alpha_masks};
 use here::kernels::columns::{SlotLanes, VectorLanes};
 use here::kernels::lights::visibility::record;
@@ -48,8 +48,9 @@ pub fn intersect_shadow<const ALPHA_MASKS: bool>(
     let aimed = targets.aimed;
     if aimed {
         before.clear();
+        let common = MISSED | DELTA;
         before.extend(
-            target[..*len].iter().map(|&emitter| if emitter & MISSED != 0 { ANY_ID } else { targets.before(emitter) }),
+            target[..*len].iter().map(|&light| if light & common != 0 { ANY_ID } else { targets.before(light) }),
         );
         before.resize(len.next_multiple_of(LANES), 0);
     }
@@ -107,8 +108,8 @@ fn pass_missed_targets<const ALPHA_MASKS: bool>(
     let scene = context.setup.scene;
     for first in (0..shadow.len).step_by(LANES) {
         let active = Mask8::first((shadow.len - first).min(LANES));
-        let missed = active & U32x8::load(&shadow.target, first).lt_signed(U32x8::ZERO);
-        for row in (first..first + LANES).filter(|row| missed.bits() >> (row - first) & 1 == 1) {
+        let missed = (active & U32x8::load(&shadow.target, first).lt_signed(U32x8::ZERO)).bits();
+        for row in (first..first + LANES).filter(|row| missed >> (row - first) & 1 == 1) {
             let passed = context.setup.lights.targets.passed(shadow.target[row] & !MISSED);
             let blocked = if ALPHA_MASKS {
                 // What is passed may lie before what is not.

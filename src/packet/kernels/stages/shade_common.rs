@@ -11,6 +11,7 @@ use crate::settings::LEAST_ALBEDO;
 use crate::strategy::Weight;
 use here::kernels::bsdf::{Bsdf, Scattered};
 use here::kernels::columns::{SlotLanes, VectorLanes, append_rays};
+use here::kernels::lights::delta::are_deltas;
 use here::kernels::lights::factors::keys;
 use here::kernels::lights::learn::{Samples, record};
 use here::kernels::lights::sample::{LightSamples, environment_words, sample_lights};
@@ -147,7 +148,10 @@ pub(super) fn add_light_samples(
     records: &mut Option<LightRecords>,
 ) {
     let light = &direct.light;
-    let weight = mis::weigh(rule, light.pdf_dir, scattered.pdf_dir);
+    let mut weight = mis::weigh(rule, light.pdf_dir, scattered.pdf_dir);
+    if !context.setup.lights.deltas.is_empty() {
+        weight = are_deltas(light.target).select(F32x8::splat(rule.of_delta_light()), weight);
+    }
     let contribution = (hits.beta * scattered.f_cosine * light.radiance).scale(weight / light.pdf_dir);
     let nothing = (contribution.x + contribution.y + contribution.z).eq(F32x8::ZERO);
     let bits = direct.active.and_not(nothing).bits();
@@ -155,7 +159,7 @@ pub(super) fn add_light_samples(
         let lights = &context.setup.lights;
         // Drawn again, so that other renders need not keep them.
         let draws = hits.numbers.light::<ALL_WORDS>(context.depth);
-        let spent = if lights.records.is_empty() { draws.select } else { draws.select << 3 };
+        let spent = if lights.count() == 0 { draws.select } else { draws.select << 3 };
         let [word, _] = environment_words(lights, spent, draws.fork());
         let samples = Samples {
             lights,
