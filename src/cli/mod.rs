@@ -27,6 +27,7 @@ mod shell;
 mod stats;
 mod suggest;
 mod trace;
+mod view;
 
 use crate::api::Scene;
 use crate::error::Result;

@@ -15,6 +15,7 @@ use crate::cli::places;
 use crate::cli::progress::{Bar, Form, load};
 use crate::cli::resume::{State, recipe_of};
 use crate::cli::stats::Report;
+use crate::cli::view::ViewArgs;
 use crate::cli::{prepare, report, warn};
 use crate::error::{Error, Result};
 use crate::files::atomic;
@@ -82,6 +83,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
     shard: Option<Shard>,
     #[command(flatten)]
+    view: ViewArgs,
+    #[command(flatten)]
     sequence: FrameArgs,
     /// Stops of exposure for PNG; other formats hold radiance as it is
     #[arg(long, value_name = "EV", default_value = "0", value_parser = args::exposure, allow_negative_numbers = true)]
@@ -130,6 +133,11 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     shots.iter().try_for_each(|shot| check_outputs(shot, args.shard))?;
     args.keeping.check(&shots, args.shard.is_none())?;
     let mut scene = load(&args.scene, args.quiet)?;
+    if args.view.places_camera() && args.sequence.moves() {
+        let message = "--look-from, --look-at, --up and --fov place a camera that stands still: leave out --frames and --camera-path";
+        return Err(Error::Usage(message.into()));
+    }
+    args.view.apply(&mut scene.desc)?;
     let of_path = places::reading(|| args.sequence.place(&mut scene.desc))?;
     scene.desc.warnings.extend(of_path);
     scene.desc.warnings.iter().for_each(|warning| warn(warning));

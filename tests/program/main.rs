@@ -15,3 +15,4 @@ mod images;
 mod learned;
 mod lights;
 mod long;
+mod view;

@@ -22,7 +22,12 @@ use std::path::{Path, PathBuf};
 
 /// Loads the scenes and lays out what is to be run.
 pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
-    let scenes: Vec<Scene> = args.scenes.iter().map(|path| load(path, args.quiet)).collect::<Result<_>>()?;
+    let seen = |path: &PathBuf| {
+        let mut scene = load(path, args.quiet)?;
+        args.view.apply(&mut scene.desc)?;
+        Ok(scene)
+    };
+    let scenes: Vec<Scene> = args.scenes.iter().map(seen).collect::<Result<_>>()?;
     let names = scene_names(&args.scenes);
     let of_scenes = shared_settings(&scenes);
     let settings = Settings {
