@@ -113,7 +113,7 @@ pub use film::Film;
 pub use lanes::{F32x8, Mask8, U32x8, Vec3x8};
 pub use render::sequence::Sequence;
 pub use render::{Progress, Render, Watch, render, render_from, render_with, try_render, try_render_from};
-pub use settings::{Crop, Engine, Guide, Lights, PlanChoice, Roulette, Sampler, Settings, Shard, Train};
+pub use settings::{Crop, Engine, Guide, Layer, Lights, PlanChoice, Roulette, Sampler, Settings, Shard, Train};
 pub use simd::{SimdLevel, simd_level};
 pub use stats::{RayCounts, StageStats, Stats};
 pub use strategy::Strategy;
