@@ -132,6 +132,13 @@ named_choice! {
     }
 }
 
+impl Layer {
+    /// Whether any of `layers` is one that first hits tell.
+    pub fn are_of_hits(layers: &[Layer]) -> bool {
+        layers.iter().any(|&layer| layer != Layer::Variance)
+    }
+}
+
 /// How long the training render is, before a render that learns ([`Lights::learns`], [`Guide`], [`Roulette::Learned`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Train {
@@ -290,7 +297,7 @@ impl Settings {
 
     /// Whether the film is to have what first hits tell ([`crate::film::layers`]).
     pub fn gathers_layers(&self) -> bool {
-        self.hide_environment || self.layers.iter().any(|&layer| layer != Layer::Variance)
+        self.hide_environment || Layer::are_of_hits(&self.layers)
     }
 
     /// Whether anything is to be learned, unless training is switched off.

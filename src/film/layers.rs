@@ -101,6 +101,22 @@ pub struct LayerPixel {
     pub alpha: f32,
 }
 
+/// Numbers of a pixel's layers.
+pub const NUMBERS: usize = 11;
+
+impl LayerPixel {
+    /// All of its numbers, in the order of its fields.
+    pub fn to_array(self) -> [f32; NUMBERS] {
+        let LayerPixel { albedo: [r, g, b], normal: [x, y, z], shading_normal: [sx, sy, sz], depth, alpha } = self;
+        [r, g, b, x, y, z, sx, sy, sz, depth, alpha]
+    }
+
+    /// The pixel with these numbers.
+    pub fn from_array([r, g, b, x, y, z, sx, sy, sz, depth, alpha]: [f32; NUMBERS]) -> LayerPixel {
+        LayerPixel { albedo: [r, g, b], normal: [x, y, z], shading_normal: [sx, sy, sz], depth, alpha }
+    }
+}
+
 /// The layers of a film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers {

@@ -231,6 +231,12 @@ impl Film {
         found
     }
 
+    /// How many pixels are brighter than the largest f16, 65,504.
+    pub fn beyond_half(&self) -> usize {
+        let all = (0..self.height).flat_map(|y| (0..self.width).map(move |x| self.mean(x, y)));
+        all.filter(|mean| mean.iter().any(|&value| value > 65504.0)).count()
+    }
+
     /// Samples of pixel `index`, counted row by row.
     fn spp_of(&self, index: usize) -> u32 {
         match &self.uneven {

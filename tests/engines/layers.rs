@@ -2,7 +2,7 @@
 
 use crate::common::{Maker, SCENES, first_difference, prepared, small};
 use glam::DVec3;
-use octray::internal::film::layers::{LayerPixel, NOTHING};
+use octray::internal::film::layers::{LayerPixel, NOTHING, NUMBERS};
 use octray::scene::desc::{EnvironmentDesc, PixelFilter, Scattering};
 use octray::{Crop, Engine, Film, Layer, PreparedScene, Sampler, Scene, Settings, render};
 
@@ -11,9 +11,8 @@ fn all(settings: Settings) -> Settings {
     Settings { layers: Layer::ALL.to_vec(), hide_environment: true, ..settings }
 }
 
-fn bits(pixel: &LayerPixel) -> [u32; 11] {
-    let LayerPixel { albedo: [r, g, b], normal: [x, y, z], shading_normal: [sx, sy, sz], depth, alpha } = *pixel;
-    [r, g, b, x, y, z, sx, sy, sz, depth, alpha].map(f32::to_bits)
+fn bits(pixel: &LayerPixel) -> [u32; NUMBERS] {
+    pixel.to_array().map(f32::to_bits)
 }
 
 /// The first pixel in which layers differ, bit for bit.

@@ -12,5 +12,6 @@ mod frames;
 mod help;
 mod hostile;
 mod images;
+mod layers;
 mod learned;
 mod long;
