@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 /// Flags of layers and alpha.
 #[derive(clap::Args)]
 pub struct LayerArgs {
+    // Without a value the settings' own, variance alone.
     #[arg(long, value_name = "LIST", help = layers_help(), value_parser = |text: &str| list(text, Layer::ALL))]
     layers: Option<List<Layer>>,
     /// Albedo and normals of what is seen in mirrors and through glass, in place of those of mirrors and glass

@@ -348,6 +348,10 @@ fn finish(
         shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(setup, (x, y), sample) }).collect();
     let recipe = Recipe::new(&setup.scene.name, settings, &setup.frame);
     film.metadata = recipe.and("spp", film.spp_in_words()).0;
+    if settings.gathers_layers() {
+        let surfaces = if settings.layers_through_specular { "behind mirrors and glass" } else { "first hit" };
+        film.metadata.push(("layers".to_owned(), surfaces.to_owned()));
+    }
     Render { film, stats }
 }
 

@@ -1,10 +1,12 @@
 //! Layers: the same bits from both engines and any threads, and closed forms.
 
 use crate::common::{Maker, SCENES, first_difference, prepared, small};
+use crate::smooth::ball;
+use crate::textures::{poster, room};
 use glam::DVec3;
 use octray::internal::film::layers::{LayerPixel, NOTHING, NUMBERS};
-use octray::scene::desc::{EnvironmentDesc, PixelFilter, Scattering};
-use octray::{Crop, Engine, Film, Layer, PreparedScene, Sampler, Scene, Settings, render};
+use octray::scene::desc::{CornerDesc, EnvironmentDesc, PixelFilter, Scattering};
+use octray::{Crop, Engine, Film, Layer, PreparedScene, Sampler, Scene, Settings, Strategy, render};
 
 /// Settings with all layers, and alpha.
 fn all(settings: Settings) -> Settings {
@@ -58,6 +60,70 @@ fn both_engines_see_through_every_lens_filter_and_sampler() {
                 .map(|engine| render(&scene, &Settings { engine, ..settings.clone() }).film);
             assert_eq!(difference(&packet, &scalar), None, "{filter:?}, aperture {aperture_radius}");
         }
+    }
+}
+
+/// The film of both engines, which must be one.
+fn of_both(scene: &PreparedScene, settings: &Settings) -> Film {
+    let [packet, scalar] =
+        [Engine::Packet, Engine::Scalar].map(|engine| render(scene, &Settings { engine, ..settings.clone() }).film);
+    assert_eq!(difference(&packet, &scalar), None);
+    packet
+}
+
+#[test]
+fn textures_are_in_the_albedo() {
+    of_both(&room(), &all(small(33, 27, 4)));
+    // Radiance of a poster in white light from everywhere is its albedo, and that of its layer.
+    let mut maker = poster(2.0, Scattering::Diffuse { albedo: [0.75, 1.0, 0.5] }, false);
+    maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
+    let scene = maker.seen([0.5, 0.5, 2.0], [0.5, 0.5, 0.0], 20.0);
+    let film = of_both(&scene, &Settings { strategy: Strategy::Bsdf, ..all(small(24, 24, 4)) });
+    for (index, pixel) in (0..).zip(&film.layers.pixels) {
+        let radiance = film.mean(index % 24, index / 24);
+        assert!(pixel.albedo.iter().zip(radiance).all(|(a, b)| (a - b).abs() < 1e-5), "{pixel:?}, {radiance:?}");
+    }
+}
+
+#[test]
+fn shading_normals_are_those_of_the_smooth_surface() {
+    let materials = [
+        Scattering::Diffuse { albedo: [0.5; 3] },
+        Scattering::Mirror { reflectance: [0.9; 3] },
+        Scattering::Conductor { alpha: 0.1, reflectance: [0.9; 3], complex_ior: None },
+        Scattering::Dielectric { ior: 1.5, transmittance: [0.9, 0.8, 0.7] },
+        Scattering::Plastic { albedo: [0.5; 3], ior: 1.5, alpha: 0.1 },
+    ];
+    for scattering in materials {
+        let mut maker = Maker::default();
+        let material = maker.material(scattering.clone(), [0.0; 3]);
+        let floor = maker.diffuse([0.2, 0.4, 0.6], [0.0; 3]);
+        ball(&mut maker, 16, 1.0, material);
+        maker.quad([[-9.0, -1.0, 9.0], [9.0, -1.0, 9.0], [9.0, -1.0, -9.0], [-9.0, -1.0, -9.0]], floor);
+        maker.mesh.corners.resize(maker.mesh.triangles.len(), CornerDesc::default());
+        let eye = DVec3::new(0.0, 0.0, 40.0);
+        let scene = maker.seen(eye.to_array(), [0.0; 3], 2.4);
+        let settings = all(small(20, 20, 1));
+        of_both(&scene, &Settings { layers_through_specular: true, ..all(small(20, 20, 5)) });
+        let mut most = [0.0f64; 2];
+        for (index, pixel) in (0..).zip(of_both(&scene, &settings).layers.pixels) {
+            // The ball about the origin, where the middle of the pixel sees it.
+            let at = |i: u32| (f64::from(i) + 0.5) / 10.0 - 1.0;
+            let step = 1.2f64.to_radians().tan();
+            let direction = DVec3::new(at(index % 20) * step, -at(index / 20) * step, -1.0).normalize();
+            let along = -eye.dot(direction);
+            let off = (eye + direction * along).length_squared();
+            // Away from the edge, where half a pixel is a large angle.
+            if off > 0.5 {
+                continue;
+            }
+            let wanted = eye + direction * (along - (1.0 - off).sqrt());
+            for (most, normal) in most.iter_mut().zip([pixel.shading_normal, pixel.normal]) {
+                *most = most.max((DVec3::from(normal.map(f64::from)) - wanted).length());
+            }
+        }
+        // Half a pixel is 0.06 of the radius here; facets are off by half of their 11 degrees more.
+        assert!(most[0] < 0.09 && most[1] > most[0] + 0.04, "{scattering:?}: {most:?}");
     }
 }
 

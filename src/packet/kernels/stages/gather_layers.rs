@@ -17,7 +17,7 @@ use here::kernels::records::MaterialColumns;
 use here::kernels::stages::sort_hits::look_up_classes;
 use here::kernels::surface::{Found, SurfacePoints, surface_points_on};
 use here::kernels::texture::look_up;
-use here::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use here::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8, inlined};
 use here::numbers::draws::PathNumbers8;
 use here::walks::packets::RayPacket;
 
@@ -37,7 +37,10 @@ pub fn gather_layers<const DETAIL: bool>(context: &StageContext, state: &mut Til
         }
         // Other lanes look at the first corner of triangle 0.
         let triangle = hit.select_u32(triangle, U32x8::ZERO);
-        let weight = |column: &[f32]| hit.select(F32x8::load(column, first), F32x8::ZERO);
+        let weight = inlined(
+            #[inline(always)]
+            |column: &[f32]| hit.select(F32x8::load(column, first), F32x8::ZERO),
+        );
         let (u, v, t) = (weight(&hits.u), weight(&hits.v), weight(&hits.t));
         let slot = hit.select_u32(U32x8::load(&paths.slot, first) & U32x8::splat(SLOT), U32x8::ZERO);
         let RayPacket { origin, direction, .. } = RayPacket::load(&paths.rays, first);
@@ -51,7 +54,10 @@ pub fn gather_layers<const DETAIL: bool>(context: &StageContext, state: &mut Til
             material.color = material.color * look_up(&scene.textures, texture, points.uv);
         }
         let kind = look_up_classes(&scene.classes, triangle) & U32x8::splat(0x7f);
-        let is = |wanted: MaterialKind| hit & kind.eq(U32x8::splat(wanted as u32));
+        let is = inlined(
+            #[inline(always)]
+            |wanted: MaterialKind| hit & kind.eq(U32x8::splat(wanted as u32)),
+        );
         let (mirror, glass) = (is(MaterialKind::Mirror), is(MaterialKind::Dielectric));
         let passed = if goes_on { mirror | glass } else { Mask8::NONE };
         let beta = paths.beta.load(first);
