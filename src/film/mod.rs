@@ -88,6 +88,11 @@ pub struct Encoding {
     pub zip: bool,
 }
 
+impl Encoding {
+    /// The largest f16.
+    pub const MOST_HALF: f32 = 65504.0;
+}
+
 /// The sums of a picture (or of a crop of it), row 0 at the top.
 #[derive(Clone, Debug, Default)]
 pub struct Film {
@@ -234,7 +239,7 @@ impl Film {
     /// How many pixels are brighter than the largest f16, 65,504.
     pub fn beyond_half(&self) -> usize {
         let all = (0..self.height).flat_map(|y| (0..self.width).map(move |x| self.mean(x, y)));
-        all.filter(|mean| mean.iter().any(|&value| value > 65504.0)).count()
+        all.filter(|mean| mean.iter().any(|&value| value > Encoding::MOST_HALF)).count()
     }
 
     /// Samples of pixel `index`, counted row by row.

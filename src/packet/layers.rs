@@ -2,7 +2,7 @@
 
 use crate::film::layers::FirstHit;
 use crate::packet::context::StageContext;
-use crate::packet::counters::{Counters, Stage};
+use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
 use crate::packet::queues::TileState;
 use crate::packet::tile::begin;
@@ -13,13 +13,11 @@ pub fn find_first_hits(setup: &Setup, plan: &Plan, state: &mut TileState, counte
     begin(setup, plan, state, counters);
     state.first_hits.clear();
     state.first_hits.resize(state.slots.len, FirstHit::NONE);
-    let closest = plan.round.iter().filter(|(stage, _)| *stage == Stage::IntersectClosest);
     let mut depth = 0;
     while state.paths.len > 0 {
         let context = StageContext { setup, decisions: &plan.decisions, depth };
         state.next.len = 0;
-        closest.clone().for_each(|(_, run)| run(&context, state, counters));
-        (plan.gather_layers)(&context, state, counters);
+        plan.layers_round.iter().for_each(|run| run(&context, state, counters));
         std::mem::swap(&mut state.paths, &mut state.next);
         depth += 1;
     }

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::Result;
 use crate::files::memory;
+use crate::film::Film;
 use crate::film::layers::{LayerPixel, LayerSums};
 use crate::packet::counters::Counters;
 use crate::packet::layers::find_first_hits;
@@ -21,8 +22,6 @@ pub(super) struct Pass<'a> {
     pub(super) setup: &'a Setup<'a>,
     pub(super) plan: &'a Plan,
     pub(super) layout: &'a Layout,
-    /// Columns and rows of the film.
-    pub(super) size: (u32, u32),
     /// Samples a pixel.
     pub(super) spp: u32,
     /// Somebody wants the render to end; it stays so.
@@ -31,16 +30,19 @@ pub(super) struct Pass<'a> {
     pub(super) tell: &'a (dyn Fn() -> bool + Sync),
 }
 
+/// Room for the layers of `film`: had before a render, so that no samples are lost for want of it.
+pub(super) fn room(film: &Film) -> Result<Vec<LayerPixel>> {
+    let (width, height) = (film.width, film.height);
+    memory::table(width as usize * height as usize, &format!("the layers of {width} x {height} pixels"))
+}
+
 impl Pass<'_> {
-    /// The layers of all pixels, in the order of the film's; `None` where somebody wanted the render to end.
-    pub(super) fn run(&self, workers: &mut [Worker]) -> Result<Option<Vec<LayerPixel>>> {
-        let (width, height) = self.size;
-        let what = format!("the layers of {width} x {height} pixels");
-        let mut pixels: Vec<LayerPixel> = memory::table(width as usize * height as usize, &what)?;
-        let tiles: Vec<Locked<&mut [LayerPixel]>> = self.layout.pieces(&mut pixels).map(Locked::new).collect();
+    /// Fills `pixels`, in the order of the film's, which has rows of `width`; whether all of it was done.
+    pub(super) fn run(&self, workers: &mut [Worker], pixels: &mut [LayerPixel], width: u32) -> bool {
+        let tiles: Vec<Locked<&mut [LayerPixel]>> = self.layout.pieces(pixels).map(Locked::new).collect();
         let next = SharedSum::new(0);
         let work = |worker: &mut Worker| self.work(worker, &tiles, &next);
-        let Some((leader, helpers)) = workers.split_first_mut() else { return Ok(None) };
+        let Some((leader, helpers)) = workers.split_first_mut() else { return false };
         std::thread::scope(|scope| {
             for helper in helpers {
                 // Where the system refuses to start a thread, the others do its work.
@@ -51,8 +53,8 @@ impl Pass<'_> {
             work(leader);
         });
         drop(tiles);
-        self.layout.to_rows(&mut pixels, width);
-        Ok((!self.stop.load(Ordering::Relaxed)).then_some(pixels))
+        self.layout.to_rows(pixels, width);
+        !self.stop.load(Ordering::Relaxed)
     }
 
     /// One thread's part.

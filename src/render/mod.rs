@@ -184,6 +184,7 @@ fn render_trained(
         Some(_) => return Err(not_of_this()),
         None => layout.film(setup)?,
     };
+    let mut layer_pixels = if settings.gathers_layers() { layers::room(&film)? } else { Vec::new() };
     let mut threads = thread_count(settings.threads).min(layout.areas.len()).max(1);
     let wanted = threads;
     let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&plan, settings.engine)).collect();
@@ -287,11 +288,9 @@ fn render_trained(
                 unseen_error: error.map_or(0.0, |error| error.unseen),
             })
         };
-        let (size, spp) = ((film.width, film.height), film.spp);
-        let pass = layers::Pass { setup, plan: &plan, layout: &layout, size, spp, stop, tell: &tell };
-        let gathered = pass.run(&mut workers)?;
-        let finished = gathered.is_some();
-        film.layers.pixels = gathered.unwrap_or_default();
+        let pass = layers::Pass { setup, plan: &plan, layout: &layout, spp: film.spp, stop, tell: &tell };
+        let finished = pass.run(&mut workers, &mut layer_pixels, film.width);
+        film.layers.pixels = if finished { layer_pixels } else { Vec::new() };
         (finished, Some(clock.wall_seconds() - render_s))
     } else {
         (finished, None)

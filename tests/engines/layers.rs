@@ -96,7 +96,7 @@ fn shading_normals_are_those_of_the_smooth_surface() {
     ];
     for scattering in materials {
         let mut maker = Maker::default();
-        let material = maker.material(scattering.clone(), [0.0; 3]);
+        let material = maker.material(scattering, [0.0; 3]);
         let floor = maker.diffuse([0.2, 0.4, 0.6], [0.0; 3]);
         ball(&mut maker, 16, 1.0, material);
         maker.quad([[-9.0, -1.0, 9.0], [9.0, -1.0, 9.0], [9.0, -1.0, -9.0], [-9.0, -1.0, -9.0]], floor);
@@ -140,6 +140,23 @@ fn radiance_knows_nothing_of_layers() {
 }
 
 #[test]
+fn a_render_that_is_stopped_while_it_gathers_layers_has_its_samples_and_no_layers() {
+    let scene = prepared("scenes/cornell.toml");
+    let settings = all(small(40, 30, 4));
+    let whole = render(&scene, &settings);
+    for threads in [1, 3] {
+        let settings = Settings { threads, ..settings.clone() };
+        let stopped = octray::render_with(&scene, &settings, &|progress| !progress.layers);
+        assert!(!stopped.stats.finished && stopped.film.layers.pixels.is_empty() && stopped.film.spp == 4);
+        // Going on takes no sample more.
+        let gone_on = octray::render_from(&scene, &settings, Some(stopped.film), &|_| true);
+        assert!(gone_on.stats.finished && gone_on.stats.paths == 0);
+        assert_eq!(first_difference(&gone_on.film, &whole.film), None);
+        assert_eq!(difference(&gone_on.film, &whole.film), None);
+    }
+}
+
+#[test]
 fn a_crop_has_the_layers_of_its_place() {
     let scene = prepared("scenes/leaves.toml");
     let whole = layers(&scene, &all(small(40, 30, 3)));
@@ -178,7 +195,7 @@ fn a_wall_has_its_colour_its_normal_and_its_depth() {
         (Scattering::Plastic { albedo: [1.0; 3], ior: 1.5, alpha: 0.01 }, [1.0; 3]),
     ] {
         for filter in [PixelFilter::Box, PixelFilter::Tent] {
-            let mut scene = wall(scattering.clone());
+            let mut scene = wall(scattering);
             scene.filter = filter;
             for pixel in layers(&scene, &all(small(9, 7, 4))) {
                 let close = |a: [f32; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-5);
@@ -288,9 +305,9 @@ fn a_hidden_environment_is_missing_where_camera_rays_leave_and_nowhere_else() {
             assert!(hidden.layers.pixels.iter().any(|pixel| pixel.alpha > 0.0 && pixel.alpha < 1.0));
             for (index, pixel) in hidden.layers.pixels.iter().enumerate() {
                 let missing = 16.0 * (1.0 - f64::from(pixel.alpha));
-                for c in 0..3 {
+                for (c, radiance) in radiance.iter().enumerate() {
                     let [seen, hidden] = [&seen, &hidden].map(|film| film.pixels[index].sum[c]);
-                    assert!((seen - hidden - missing * radiance[c]).abs() < 1e-9 * seen, "{index}: {seen}, {hidden}");
+                    assert!((seen - hidden - missing * radiance).abs() < 1e-9 * seen, "{index}: {seen}, {hidden}");
                     assert!((hidden == 0.0) == (pixel.alpha == 0.0), "{index}: {hidden} with alpha {}", pixel.alpha);
                 }
             }

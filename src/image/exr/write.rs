@@ -18,9 +18,6 @@ use ::exr::meta::header::Header as Meta;
 use ::exr::prelude::*;
 use std::io;
 
-/// The largest f16.
-pub const MOST_HALF: f32 = 65504.0;
-
 /// Writes pixels, which are asked for row by row, as they are written: a copy of the values as f32, in pixels and again in planes,
 /// would take 48 bytes a pixel beside the film's 120.
 pub(in super::super) fn write(header: &Header, pixels: Pixels, out: &mut dyn Sink) -> io::Result<()> {
@@ -126,7 +123,8 @@ impl ChannelsWriter for Planes<'_> {
                     let value = kept(values[channel.place]);
                     match of_channel {
                         SampleType::F16 => {
-                            let value = f16::from_f32(value.clamp(-MOST_HALF, MOST_HALF));
+                            let most = crate::film::Encoding::MOST_HALF;
+                            let value = f16::from_f32(value.clamp(-most, most));
                             row[start + 2 * x..][..2].copy_from_slice(&value.to_ne_bytes());
                         }
                         _ => row[start + 4 * x..][..4].copy_from_slice(&value.to_ne_bytes()),

@@ -32,8 +32,8 @@ macro_rules! stage {
     };
 }
 
-/// What makes the rays of the first round, what looks at their hits for layers, and the stages of a round, in order.
-pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, StageFn, Vec<(Stage, StageFn)>) {
+/// What makes the rays of the first round; the stages of a round of a pass for layers, and those of a round, in order.
+pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, [StageFn; 2], Vec<(Stage, StageFn)>) {
     let needs = &decisions.needs;
     let closest: StageFn = match needs.alpha_masks {
         true => stage!(intersect_closest::<true>),
@@ -68,7 +68,7 @@ pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, StageFn, Vec<(S
         round.push((Stage::IntersectShadow, variant));
     }
     let layers: StageFn = if decisions.detail { stage!(gather_layers::<true>) } else { stage!(gather_layers::<false>) };
-    (camera_variant(setup, decisions), layers, round)
+    (camera_variant(setup, decisions), [closest, layers], round)
 }
 
 /// The variant for this camera.
