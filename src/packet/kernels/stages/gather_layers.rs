@@ -68,7 +68,8 @@ pub fn gather_layers<const DETAIL: bool>(context: &StageContext, state: &mut Til
         let depth = (t * direction.dot(axis)).to_array();
         let (albedo, normal, shading_normal, slot_of) =
             (columns(albedo), columns(normal), columns(shading_normal), slot.to_array());
-        for lane in (0..LANES).filter(|lane| hit.bits() >> lane & 1 == 1) {
+        let bits = hit.bits();
+        for lane in (0..LANES).filter(|lane| bits >> lane & 1 == 1) {
             let noted = &mut first_hits[slot_of[lane] as usize];
             *noted = FirstHit {
                 albedo: albedo.map(|column| column[lane]),
