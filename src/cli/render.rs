@@ -8,6 +8,7 @@ use crate::cli::examples;
 use crate::cli::frames::{FrameArgs, Names, Shot};
 use crate::cli::interrupt;
 use crate::cli::keep::{KeepArgs, Watcher, partial_path, remove_partial};
+use crate::cli::layers::{EncodingArgs, LayerArgs};
 use crate::cli::messages::{self, tell};
 use crate::cli::numbers::{percent, three_digits};
 use crate::cli::output::{check_json_path, check_place, make_directory, print, write_json};
@@ -89,6 +90,10 @@ pub struct RenderArgs {
     /// Stops of exposure for PNG; other formats hold radiance as it is
     #[arg(long, value_name = "EV", default_value = "0", value_parser = args::exposure, allow_negative_numbers = true)]
     exposure: f64,
+    #[command(flatten)]
+    layers: LayerArgs,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     /// Write what the render cost and met as JSON
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -124,8 +129,12 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     if args.progress == Form::Json {
         messages::as_json();
     }
-    if args.shard.is_some() {
-        check_shard(args)?;
+    match args.shard {
+        Some(_) => check_shard(args)?,
+        None => {
+            args.layers.check(&args.output)?;
+            args.encoding.check(&args.output)?;
+        }
     }
     let (checkpoint, preview) = args.keeping.files();
     let names = Names { outputs: &args.output, stats: args.stats.as_deref(), checkpoint, preview };
@@ -210,12 +219,14 @@ fn render_shot(
     }
 
     render.film.exposure = args.exposure;
+    render.film.encoding = args.encoding.encoding();
     render.film.metadata.extend(shot.frame.map(|frame| ("frame".to_owned(), frame.to_string())));
     if !render.stats.finished {
         return stopped(shot, &state, &render, (settings.spp, settings.shard.is_some())).map(|()| false);
     }
     let mut found = findings(&render);
     found.extend(beyond_f32(&render, &shot.outputs));
+    found.extend(args.encoding.beyond_half(&render.film, &shot.outputs));
     // What of the view was known has been told before.
     found.extend(render.stats.warnings.iter().filter(|warning| !warnings.contains(warning)).cloned());
     found.iter().for_each(|warning| warn(warning));
@@ -317,7 +328,7 @@ fn check_shard(args: &RenderArgs) -> Result<()> {
         _ if args.target_error.is_some() => refused("--target-error goes by the noise of the whole image: use --spp"),
         _ if args.keeping.files().1.is_some() => refused("--preview shows whole images: leave it out"),
         _ if args.output.len() > 1 => refused("a part is one file: give one -o, and images to octray merge"),
-        _ => Ok(()),
+        _ => args.encoding.check_part(),
     }
 }
 
@@ -331,6 +342,8 @@ fn about(settings: &Settings, shard: Shard, frame: &Frame, recipe: &Recipe, film
         crop: [x, y, width, height],
         shard: (shard.number, shard.count),
         spp: film.spp,
+        layers: part::layer_names(&film.layers),
+        alpha: film.layers.alpha,
         grouped: settings.sampler == Sampler::Sobol,
     }
 }
@@ -349,6 +362,7 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
     args.film.apply(&mut settings);
+    args.layers.apply(&mut settings);
     settings.spp = match (args.spp, args.time.is_some() || args.target_error.is_some()) {
         (Some(spp), _) => spp,
         // Time or error alone decide: neither the scene's samples nor the default may end the render sooner.
