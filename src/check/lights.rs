@@ -166,9 +166,9 @@ fn delta(effort: &Effort) -> Result<Outcome> {
     let (mut lit, spp) = (Lit::default(), effort.samples(64, 16));
     let strategies = &ALL_EXACT[..5];
     for height in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
-        lit.add("delta", &[0.0, height, 0.0, 0.0, 0.3 * f64::min(height, 10.0)], strategies, spp, 1e-4)?;
+        lit.add("delta", &[0.0, height, 0.0, 0.0, 0.3 * height], strategies, spp, 1e-4)?;
         for (cone, fades) in [(0.1, 1.0), (1.0, 0.5), (30.0, 0.0), (60.0, 1.0), (180.0, 0.5)] {
-            let x = (height * f64::tan((0.5 * f64::min(cone, 100.0)).to_radians())).min(10.0);
+            let x = (height * f64::tan((0.5 * f64::min(cone, 100.0)).to_radians())).min(10.0 * height);
             lit.add("delta", &[1.0, height, cone, fades, x], strategies, spp, 1e-4)?;
         }
     }
@@ -386,6 +386,6 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
         (BothSidesShine, &["lights/in_the_plane_or_facing_away"]),
         (InfiniteRadiance, &["lights/radiance_1e-30_to_1e30"]),
         (SilentLimits, &["lights/radiance_beyond_1e30_is_refused"]),
-        (LopsidedChoice, &["lights/probabilities_sum_to_one", "lights/1e12_apart"]),
+        (LopsidedChoice, &["lights/probabilities_sum_to_one", "lights/1e12_apart", "lights/delta_1e-6_to_1e6"]),
     ]
 };

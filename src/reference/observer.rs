@@ -4,7 +4,7 @@ use super::guide::GuidePlace;
 use super::intersect::{Hit, Ray};
 use super::lights::choose::{Light, choose};
 use super::lights::factors::Place;
-use super::lights::sample::LightSample;
+use super::lights::light_sample::LightSample;
 use super::lights::tree::Receiver;
 use super::surface::SurfacePoint;
 use super::{Real, Vec3};

@@ -108,7 +108,9 @@ fn exact_strategies_agree_block_by_block() {
             let independent = Settings { sampler: Sampler::Independent, ..base.clone() };
             let reference = render(&scene, &Settings { spp: 1024, seed: 99, ..independent }).film;
             for strategy in exact_strategies().filter(|&strategy| soft || finds_all(path, strategy)) {
-                for (&lights, &sampler) in Lights::ALL.iter().flat_map(|l| Sampler::ALL.iter().map(move |s| (l, s))) {
+                // Of 449 lights of the scene of all kinds, one is a delta light: chosen alike, these are met about never.
+                let selections = Lights::ALL.iter().filter(|&&lights| path != LIGHTS || lights != Lights::Uniform);
+                for (&lights, &sampler) in selections.flat_map(|l| Sampler::ALL.iter().map(move |s| (l, s))) {
                     let film = render(&scene, &Settings { strategy, lights, sampler, seed: 1, ..base.clone() }).film;
                     let what = format!("{path} (softened: {soft}), {strategy}, {lights}, {sampler}");
                     let (compared, skipped) = compare(&film, &reference, &what);

@@ -3,7 +3,7 @@
 use crate::program::{Place, octray, stderr};
 use std::fs;
 
-const QUAD: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\n";
+const QUAD: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n";
 const SMALL: [&str; 7] = ["--spp", "2", "--width", "24", "--height", "20", "--quiet"];
 
 /// Renders and gives the image's bytes and what was said.

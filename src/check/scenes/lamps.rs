@@ -43,13 +43,14 @@ fn lamp(numbers: &[f64]) -> SceneDesc {
     maker.seen(eye, [x, 0.0, 0.0], 1e-3)
 }
 
-/// A light that no ray can hit, over the same floor. A directional one comes down at so many degrees beside the vertical as the
+/// A light that no ray can hit, over a floor. A directional one comes down at so many degrees beside the vertical as the
 /// other numbers say of a cone.
 fn delta(numbers: &[f64]) -> SceneDesc {
     let [kind, height, cone_angle, fades, x] = std::array::from_fn(|i| numbers[i]);
     let mut maker = Maker::default();
     let floor = maker.diffuse(0.5, 0.0);
-    maker.ground(20.0, floor);
+    // As large as the light is high: f32 then has places enough.
+    maker.ground(20.0 * height as f32, floor);
     let (position, down) = ([0.0, height, 0.0], [0.0, -1.0, 0.0]);
     let intensity = [height * height; 3];
     let light = match kind as u32 {

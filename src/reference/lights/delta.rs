@@ -1,7 +1,7 @@
 //! Delta lights: point, spot and directional lights (pbrt-v4, sections 12.1 to 12.3). Their light comes from one direction, so
 //! nothing is left to draw, and no density but the probability of the choice.
 
-use super::sample::{LightSample, Target};
+use super::light_sample::{LightSample, Target};
 use super::surface::SurfacePoint;
 use super::{Real, Vec3, vec3};
 use crate::tables::lights::deltas::DeltaRecord;

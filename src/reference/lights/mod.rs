@@ -9,6 +9,7 @@ pub mod choose;
 pub mod delta;
 pub mod environment;
 pub mod factors;
+pub mod light_sample;
 pub mod sample;
 pub mod tree;
 pub mod triangle;

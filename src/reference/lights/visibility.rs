@@ -2,7 +2,7 @@
 //! here are listed in [`crate::learn::visibility`]).
 
 use super::factors::cell;
-use super::sample::{LightSample, Target};
+use super::light_sample::{LightSample, Target};
 use super::{Real, Vec3};
 use crate::tables::lights::table::LightTable;
 use crate::tables::lights::visibility::{STEPS, Visibility};

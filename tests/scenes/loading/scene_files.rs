@@ -180,7 +180,7 @@ fn values_out_of_range_are_refused_with_their_line() {
 #[test]
 fn wrong_types_are_refused_with_their_line() {
     fails("camera = 3", &["scene.toml:1:", "[camera] must be a table, not an integer"]);
-    fails("[[camera]]\n", &["scene.toml:1:", "[camera] may stand only once"]);
+    fails("[[film]]\n", &["scene.toml:1:", "[film] may stand only once"]);
     fails("[mesh]\nobj = 'mesh.obj'", &["scene.toml:1:", "[[mesh]]", "double brackets"]);
     fails("mesh = [1]", &["scene.toml:1:", "double brackets"]);
     fails("material = 1", &["[material] must be a table"]);

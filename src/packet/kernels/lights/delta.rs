@@ -1,45 +1,13 @@
 //! Samples of delta lights, for eight surface points at a time.
 
 use super::here;
-use crate::tables::lights::table::LightTable;
+use crate::tables::lights::deltas::DeltaRecord;
 use crate::tables::lights::targets::{DELTA, FREE_PART};
 use here::kernels::lights::choose::Choice;
-use here::kernels::lights::sample::{LightSamples, sample_emitters};
+use here::kernels::lights::light_sample::LightSamples;
+use here::kernels::lights::tree::Receivers;
 use here::kernels::records::DeltaColumns;
-use here::kernels::surface::SurfacePoints;
 use here::lanes::{F32x8, Mask8, U32x8, Vec3x8};
-
-/// What arrives from the lights that were chosen, of which some may be emitters. Not inlined, so that scenes without delta lights
-/// keep their registers; called cold, they keep them in the right places, too.
-#[cold]
-#[inline(never)]
-pub fn sample_any(lights: &LightTable, points: &SurfacePoints, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
-    here::run(
-        #[inline(always)]
-        || {
-            let first = U32x8::splat(lights.records.len() as u32);
-            // Lanes of the environment have number 0, whichever light that is.
-            let is_emitter = choice.emitter.lt_signed(first);
-            let number = is_emitter.select_u32(U32x8::ZERO, choice.emitter - first);
-            let a = sample_deltas(&DeltaColumns::gather(lights.deltas, number), points, choice);
-            if !is_emitter.any() {
-                return a;
-            }
-            let emitter = is_emitter.select_u32(choice.emitter, U32x8::ZERO);
-            let b = sample_emitters(lights, points, &Choice { emitter, ..*choice }, u);
-            LightSamples {
-                valid: (is_emitter & b.valid) | a.valid.and_not(is_emitter),
-                direction: is_emitter.select_vec3(b.direction, a.direction),
-                cosine: is_emitter.select(b.cosine, a.cosine),
-                radiance: is_emitter.select_vec3(b.radiance, a.radiance),
-                pdf_dir: is_emitter.select(b.pdf_dir, a.pdf_dir),
-                shadow_direction: is_emitter.select_vec3(b.shadow_direction, a.shadow_direction),
-                shadow_tmax: is_emitter.select(b.shadow_tmax, a.shadow_tmax),
-                target: is_emitter.select_u32(b.target, a.target),
-            }
-        },
-    )
-}
 
 /// Which of the samples that aim at `target` are of delta lights.
 #[inline(always)]
@@ -47,16 +15,17 @@ pub fn are_deltas(target: U32x8) -> Mask8 {
     (target & U32x8::splat(DELTA)).eq(U32x8::splat(DELTA))
 }
 
-/// What arrives from delta lights.
+/// What arrives from the rows `number` of `lights`, which were chosen.
 #[inline(always)]
-fn sample_deltas(light: &DeltaColumns, points: &SurfacePoints, choice: &Choice) -> LightSamples {
+pub fn sample_deltas(lights: &[DeltaRecord], number: U32x8, receivers: &Receivers, choice: &Choice) -> LightSamples {
     let zero = F32x8::ZERO;
+    let light = DeltaColumns::gather(lights, number);
     let distant = light.distant.eq(U32x8::splat(1));
-    let to_light = distant.select_vec3(light.position, light.position - points.origin);
+    let to_light = distant.select_vec3(light.position, light.position - receivers.origin);
     let distance_squared = to_light.dot(to_light);
     let direction = to_light.scale(F32x8::ONE / distance_squared.sqrt());
-    let cosine = points.normal.dot(direction);
-    let strength = falloff(light, direction);
+    let cosine = receivers.normal.dot(direction);
+    let strength = falloff(&light, direction);
     let spread = distant.select(strength, strength / distance_squared);
     LightSamples {
         valid: distance_squared.gt(zero) & cosine.gt(zero) & strength.gt(zero),

@@ -8,7 +8,7 @@ use crate::tables::lights::patches::LearnedPatches;
 use crate::tables::lights::table::{LightTable, Selection};
 use crate::tables::lights::targets::{DELTA, MISSED};
 use crate::tables::lights::tree::{LEAF, LightTree};
-use here::kernels::lights::sample::LightSamples;
+use here::kernels::lights::light_sample::LightSamples;
 use here::kernels::lights::tree::{Receivers, cluster_importances, shares, sum};
 use here::lanes::{Each, F32x8, LANES, Mask8, U32x8, Vec3x8};
 

@@ -7,6 +7,7 @@ pub mod delta;
 pub mod environment;
 pub mod factors;
 pub mod learn;
+pub mod light_sample;
 pub mod sample;
 pub mod tree;
 pub mod triangle;

@@ -7,8 +7,9 @@ use crate::tables::lights::table::{EnvironmentLight, LightTable, LightTextures};
 use crate::tables::lights::targets::{FREE_PART, MISSED};
 use here::kernels::alpha_masks::opaque;
 use here::kernels::lights::choose::{Choice, Light8, choose, probability};
-use here::kernels::lights::delta::sample_any;
+use here::kernels::lights::delta::sample_deltas;
 use here::kernels::lights::environment::{map_pdf_dir, sample_learned, sample_map};
+use here::kernels::lights::light_sample::LightSamples;
 use here::kernels::lights::tree::Receivers;
 use here::kernels::lights::triangle::solid_angles;
 use here::kernels::records::LightColumns;
@@ -17,28 +18,6 @@ use here::kernels::texture::{interpolate, look_up};
 use here::kernels::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere, to_world};
 use here::lanes::{Each, F32x8, Mask8, U32x8, Vec3x8};
 use here::walks::aim::{aim, precise_lanes};
-
-/// Eight light samples as seen from eight surface points.
-pub struct LightSamples {
-    /// Lanes whose sample can contribute; the others hold anything.
-    pub valid: Mask8,
-    /// Unit directions to the lights.
-    pub direction: Vec3x8,
-    /// Cosines at the surfaces.
-    pub cosine: F32x8,
-    /// Radiance that arrives if nothing is in between, over the probability with which roulette has let it be looked for, once
-    /// that was played.
-    pub radiance: Vec3x8,
-    /// Densities per steradian, selection included; of delta lights the selection alone.
-    pub pdf_dir: F32x8,
-    /// The segments that must be free, from the points' ray origins (not normalised).
-    pub shadow_direction: Vec3x8,
-    /// Where they end: where they hit the precise triangles they aim at, a little before common ones.
-    pub shadow_tmax: F32x8,
-    /// The emitters they aim at, with [`MISSED`] where rounding makes them miss, or the delta lights, with
-    /// [`DELTA`](crate::tables::lights::targets::DELTA).
-    pub target: U32x8,
-}
 
 /// Draws a light sample for every lane; only lanes of `active` are asked for. `row`: as [`Receivers::row`].
 #[inline(always)]
@@ -51,25 +30,15 @@ pub fn sample_lights(
 ) -> LightSamples {
     let receivers = Receivers { origin: points.origin, normal: points.normal, row };
     let choice = choose(lights, &receivers, active, draws.select);
-    let Some(environment) = lights.environment else { return sample_chosen(lights, points, &choice, draws.point) };
+    let Some(environment) = lights.environment else { return sample_chosen(lights, &receivers, &choice, draws.point) };
     let words = environment_words(lights, choice.word, draws.fork());
     let learned = lights.learned_patches().map(|patches| (patches, row));
     let a = sample_environment(environment, learned, points, &choice, words, draws.point);
     if lights.count() == 0 {
         return a;
     }
-    let b = sample_chosen(lights, points, &choice, draws.point);
-    let sky = choice.environment;
-    LightSamples {
-        valid: (sky & a.valid) | b.valid.and_not(sky),
-        direction: sky.select_vec3(a.direction, b.direction),
-        cosine: sky.select(a.cosine, b.cosine),
-        radiance: sky.select_vec3(a.radiance, b.radiance),
-        pdf_dir: sky.select(a.pdf_dir, b.pdf_dir),
-        shadow_direction: sky.select_vec3(a.shadow_direction, b.shadow_direction),
-        shadow_tmax: sky.select(a.shadow_tmax, b.shadow_tmax),
-        target: sky.select_u32(a.target, b.target),
-    }
+    let b = sample_chosen(lights, &receivers, &choice, draws.point);
+    LightSamples::select(choice.environment, a, b)
 }
 
 /// The radiance that lights (`record`: their records) emit at points of them; 0 where they are cut out.
@@ -107,24 +76,48 @@ fn textured(textures: &LightTextures, light: U32x8, radiance: Vec3x8, weights: [
 
 /// What arrives from the lights that were chosen.
 #[inline(always)]
-fn sample_chosen(lights: &LightTable, points: &SurfacePoints, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
+fn sample_chosen(lights: &LightTable, receivers: &Receivers, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
     match lights.deltas {
-        [] => sample_emitters(lights, points, choice, u),
-        _ => sample_any(lights, points, choice, u),
+        [] => sample_emitters(lights, receivers, choice, u),
+        // A copy, so that the choice need not lie in memory elsewhere.
+        _ => sample_any(lights, receivers, Choice { ..*choice }, u),
     }
+}
+
+/// [`sample_chosen`] where some lights are delta lights. Not inlined, so that other scenes keep their registers; called cold, they
+/// keep them in the right places, too.
+#[cold]
+#[inline(never)]
+fn sample_any(lights: &LightTable, receivers: &Receivers, choice: Choice, u: [F32x8; 2]) -> LightSamples {
+    here::run(
+        #[inline(always)]
+        || {
+            let first = U32x8::splat(lights.records.len() as u32);
+            // Lanes of the environment have number 0, whichever light that is.
+            let is_emitter = choice.emitter.lt_signed(first);
+            let number = is_emitter.select_u32(U32x8::ZERO, choice.emitter - first);
+            let deltas = sample_deltas(lights.deltas, number, receivers, &choice);
+            if !is_emitter.any() {
+                return deltas;
+            }
+            let emitter = is_emitter.select_u32(choice.emitter, U32x8::ZERO);
+            let emitters = sample_emitters(lights, receivers, &Choice { emitter, ..choice }, u);
+            LightSamples::select(is_emitter, emitters, deltas)
+        },
+    )
 }
 
 /// Points on the emitters that were chosen.
 #[inline(always)]
-pub fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
+fn sample_emitters(lights: &LightTable, receivers: &Receivers, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
     let light = LightColumns::gather(&lights.records, choice.emitter);
     let pdf_area = light.pdf_area();
-    let solid_angles = solid_angles(&light.vertices, pdf_area, points.origin);
+    let solid_angles = solid_angles(&light.vertices, pdf_area, receivers.origin);
     let weights = solid_angles.sample(u);
-    let to_light = barycentric_point(&light.vertices, weights) - points.origin;
+    let to_light = barycentric_point(&light.vertices, weights) - receivers.origin;
     let distance_squared = to_light.dot(to_light);
     let direction = to_light.scale(F32x8::ONE / distance_squared.sqrt());
-    let cosine = points.normal.dot(direction);
+    let cosine = receivers.normal.dot(direction);
     let mut light_cosine = -light.normal.dot(direction);
     if lights.two_sided {
         let behind = light.two_sided() & light_cosine.lt(F32x8::ZERO);
@@ -137,7 +130,7 @@ pub fn sample_emitters(lights: &LightTable, points: &SurfacePoints, choice: &Cho
     let height_squared = light_cosine * light_cosine * distance_squared;
     let near = valid.and_not(height_squared.gt(F32x8::splat(lights.targets.far)));
     let (shadow_tmax, target) = if near.any() {
-        ends(lights, choice.emitter, &light.vertices, (points.origin, to_light), near)
+        ends(lights, choice.emitter, &light.vertices, (receivers.origin, to_light), near)
     } else {
         (F32x8::splat(FREE_PART), choice.emitter)
     };

@@ -6,7 +6,7 @@ use crate::fault::{Fault, planted};
 use crate::learn::visibility::records::VisibilityRecords;
 use crate::tables::lights::visibility::{STEPS, Visibility};
 use here::kernels::lights::factors::cells;
-use here::kernels::lights::sample::LightSamples;
+use here::kernels::lights::light_sample::LightSamples;
 use here::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
 
 /// Plays roulette, with the numbers `u`, of the shadow rays that light samples of the lanes `active` send to emitters from
