@@ -45,15 +45,15 @@ impl ViewArgs {
     /// # Errors
     /// [`Error::Usage`]: no such camera, a camera that cannot look, `--studio` for a scene that has light.
     pub fn apply(&self, scene: &mut SceneDesc) -> Result<()> {
-        if let Some(name) = &self.camera {
-            if let Err(known) = scene.choose_camera(name) {
-                let known = match known.len() {
-                    0 => "it names none: write [[camera]] with `name`".to_owned(),
-                    _ => format!("it has {}", known.join(", ")),
-                };
-                let message = format!("--camera {name}: {} has no camera of that name; {known}", scene.name);
-                return Err(Error::Usage(message));
-            }
+        if let Some(name) = &self.camera
+            && let Err(known) = scene.choose_camera(name)
+        {
+            let known = match known.len() {
+                0 => "it names none: write [[camera]] with `name`".to_owned(),
+                _ => format!("it has {}", known.join(", ")),
+            };
+            let message = format!("--camera {name}: {} has no camera of that name; {known}", scene.name);
+            return Err(Error::Usage(message));
         }
         if self.places_camera() {
             scene.camera = self.placed(scene.camera)?;
