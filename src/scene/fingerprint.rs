@@ -55,6 +55,11 @@ mod tests {
     use crate::scene::desc::{DeltaLight, DeltaLightDesc, LightDesc, MeshDesc};
     use crate::scene::transform::{Similarity, Transform};
 
+    fn sun(y: f64) -> LightDesc {
+        let light = DeltaLight::Directional { direction: [0.0, y, 0.0], irradiance: [1.0; 3] };
+        LightDesc::Delta(DeltaLightDesc { name: String::new(), light })
+    }
+
     #[test]
     fn what_shows_changes_the_fingerprint_and_a_name_does_not() {
         let load = || SceneDesc::load(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/sky.toml")).unwrap();
@@ -77,10 +82,6 @@ mod tests {
         assert!(changed(|s| s.instances[0].transform = Transform::Similarity(Similarity::default())));
         assert!(changed(|s| s.meshes.push(MeshDesc::default())));
         assert!(changed(|s| s.set_environment(None)));
-        let sun = |y| {
-            let light = DeltaLight::Directional { direction: [0.0, y, 0.0], irradiance: [1.0; 3] };
-            LightDesc::Delta(DeltaLightDesc { name: String::new(), light })
-        };
         assert!(changed(|s| s.lights.push(sun(-1.0))));
         let (mut up, mut down) = (load(), load());
         (up.lights.push(sun(1.0)), down.lights.push(sun(-1.0)));
