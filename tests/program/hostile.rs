@@ -2,7 +2,7 @@
 //! `../shared`.
 #![cfg(target_os = "linux")]
 
-use crate::program::{Place, octray, stderr};
+use crate::program::{Place, stderr};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
