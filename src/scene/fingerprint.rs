@@ -84,7 +84,8 @@ mod tests {
         assert!(changed(|s| s.set_environment(None)));
         assert!(changed(|s| s.lights.push(sun(-1.0))));
         let (mut up, mut down) = (load(), load());
-        (up.lights.push(sun(1.0)), down.lights.push(sun(-1.0)));
+        up.lights.push(sun(1.0));
+        down.lights.push(sun(-1.0));
         assert_ne!(scene(&up), scene(&down));
     }
 }

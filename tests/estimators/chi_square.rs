@@ -201,7 +201,7 @@ fn glossy_lobes_are_drawn_with_their_densities() {
             let plastic = record(Scattering::Plastic { albedo: [0.8, 0.5, 0.2], ior: 1.5, alpha });
             check_glossy::<Plastic>(&format!("plastic, alpha {alpha}"), &plastic, cosine);
             for metallic in [0.0, 0.5, 1.0] {
-                let (base_color, roughness) = ([0.8, 0.5, 0.2], f64::from(alpha).sqrt());
+                let (base_color, roughness) = ([0.8, 0.5, 0.2], f64::sqrt(alpha));
                 let mixed = record(Scattering::Principled { base_color, metallic, roughness, ior: 1.5 });
                 check_glossy::<Principled>(&format!("principled, alpha {alpha}, metallic {metallic}"), &mixed, cosine);
             }
