@@ -24,6 +24,8 @@ pub struct Camera {
     pub right: [f32; 3],
     /// What one pixel downwards adds to the direction.
     pub down: [f32; 3],
+    /// Unit direction along its axis.
+    pub axis: [f32; 3],
     /// The lens, if it is not a pinhole.
     pub lens: Option<Lens>,
     /// How samples are spread about a pixel's centre.
@@ -115,6 +117,7 @@ impl Camera {
             corner: (corner * unit).as_vec3().to_array(),
             right: (right * pixel * unit).as_vec3().to_array(),
             down: (down * pixel * unit).as_vec3().to_array(),
+            axis: forward.normalize().as_vec3().to_array(),
             lens: (desc.aperture_radius > 0.0).then(|| lens(desc.aperture_radius)),
             filter,
         }

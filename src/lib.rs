@@ -48,11 +48,11 @@
 //! | `learn` | what a training render finds out about lights and directions before a render begins; its laws |
 //! | `packet` | the fast engine: SoA queues, the plan, stages over eight lanes (`kernels`: once a SIMD level) |
 //! | `reference` | the plain engine: one path at a time, compiled for `f32` and for `f64` |
-//! | `render` | threads over tiles, passes over samples; which engine; sequences of frames |
+//! | `render` | threads over tiles, passes over samples, one for layers; which engine; sequences of frames |
 //! | `sampler` | (pixel, sample, block, seed) to named random numbers, for one path and for eight |
 //! | `simd` | which SIMD level is used, chosen at run time; the engine's inner loops, compiled once a level |
 //! | `lanes`, `math` | eight `f32`; the exactly rounded operations both engines are made of |
-//! | `film`, `image`, `color` | sums, checkpoints and parts, image files (OpenEXR: feature `exr`), the sRGB curve |
+//! | `film`, `image`, `color` | sums, layers, checkpoints and parts, image files (OpenEXR: feature `exr`), the sRGB curve |
 //! | `files`, `shown` | files as bytes: read where they are regular and fit into memory, written whole or not at all, sealed by a checksum; their text as messages may show it |
 //! | `api` | load a scene, prepare it, ask its triangles about rays |
 //! | [`check`] | what `octray check` measures: extreme and stiff cases against closed forms and f64, with bounds |
@@ -109,11 +109,12 @@ pub use api::Scene;
 pub use bvh::{HitPacket, HitQueue, RayPacket, RayQueue};
 pub use error::{Error, Result};
 pub use files::memory::{max_memory, set_max_memory};
-pub use film::Film;
+pub use film::layers::{LayerPixel, Layers};
+pub use film::{Encoding, Film};
 pub use lanes::{F32x8, Mask8, U32x8, Vec3x8};
 pub use render::sequence::Sequence;
 pub use render::{Progress, Render, Watch, render, render_from, render_with, try_render, try_render_from};
-pub use settings::{Crop, Engine, Guide, Lights, PlanChoice, Roulette, Sampler, Settings, Shard, Train};
+pub use settings::{Crop, Engine, Guide, Layer, Lights, PlanChoice, Roulette, Sampler, Settings, Shard, Train};
 pub use simd::{SimdLevel, simd_level};
 pub use stats::{RayCounts, StageStats, Stats};
 pub use strategy::Strategy;

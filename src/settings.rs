@@ -118,6 +118,27 @@ impl PlanChoice {
     }
 }
 
+named_choice! {
+    /// What an image file can hold beside radiance ([`crate::film::layers`]).
+    Layer, "layer", {
+        /// `Albedo.{R,G,B}`: the colours of surfaces.
+        Albedo = "albedo",
+        /// `N.{X,Y,Z}` and `Ns.{X,Y,Z}`: geometric and shading normals.
+        Normal = "normal",
+        /// `Z`: the distance along the camera's axis.
+        Depth = "depth",
+        /// `variance.{R,G,B}`: the variance of each pixel's mean.
+        Variance = "variance",
+    }
+}
+
+impl Layer {
+    /// Whether any of `layers` is one that first hits tell.
+    pub fn are_of_hits(layers: &[Layer]) -> bool {
+        layers.iter().any(|&layer| layer != Layer::Variance)
+    }
+}
+
 /// How long the training render is, before a render that learns ([`Lights::learns`], [`Guide`], [`Roulette::Learned`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Train {
@@ -251,6 +272,13 @@ pub struct Settings {
     /// The tiles of that to render; `None`: all of them. The film of such a render is a strip of them: see
     /// [`crate::internal::film::part`].
     pub shard: Option<Shard>,
+    /// What image files hold beside radiance. No bit of the radiance depends on it.
+    pub layers: Vec<Layer>,
+    /// Albedo and normals are those of the first surface that neither mirrors nor is glass, as seen in mirrors and through glass.
+    pub layers_through_specular: bool,
+    /// Camera rays that leave the scene see nothing: black, and the film has an alpha channel. The environment still lights the
+    /// scene, and shows in mirrors and through glass.
+    pub hide_environment: bool,
 }
 
 /// Where roulette goes by albedos, their product counts at least this: random numbers have 24 bits.
@@ -265,6 +293,11 @@ impl Settings {
     /// The defaults with nothing learned: lights by the light tree, directions by the BSDF, roulette by the throughput.
     pub fn plain() -> Settings {
         Settings::default().without_learning()
+    }
+
+    /// Whether the film is to have what first hits tell ([`crate::film::layers`]).
+    pub fn gathers_layers(&self) -> bool {
+        self.hide_environment || Layer::are_of_hits(&self.layers)
     }
 
     /// Whether anything is to be learned, unless training is switched off.
@@ -305,6 +338,9 @@ impl Default for Settings {
             height: None,
             crop: None,
             shard: None,
+            layers: vec![Layer::Variance],
+            layers_through_specular: false,
+            hide_environment: false,
         }
     }
 }

@@ -51,6 +51,8 @@ pub struct Stats {
     pub render_s: f64,
     /// CPU seconds of rendering alone, user and system, all threads.
     pub cpu_s: f64,
+    /// Wall seconds of gathering layers, which are not among those of rendering; `None`: there were none to gather.
+    pub layers_s: Option<f64>,
     /// What learning came to and cost; its seconds are among those of rendering, its rays among none. `None`: nothing was to be
     /// learned.
     pub learning: Option<Learning>,

@@ -250,6 +250,14 @@ pub fn region(text: &str) -> Result<(String, Crop), String> {
     }
 }
 
+/// `X,Y,Z`, finite.
+pub fn place(text: &str) -> Result<[f64; 3], String> {
+    let wanted = "give three numbers with commas between them, such as 0,1.5,-3";
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|x| (*x as f32).is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| wanted.to_owned())
+}
+
 /// `X,Y`.
 pub fn pixel(text: &str) -> Result<[u32; 2], String> {
     numbers(text)
@@ -352,6 +360,10 @@ mod tests {
             assert!(crop(text).is_err(), "{text}");
         }
         assert_eq!(pixel("7,9"), Ok([7, 9]));
+        assert_eq!(place("1, -2.5,3e2"), Ok([1.0, -2.5, 300.0]));
+        for text in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf", "1,2,nan", "1,2,1e39", "1 2 3"] {
+            assert!(place(text).is_err(), "{text}");
+        }
     }
 
     #[test]

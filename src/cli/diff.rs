@@ -4,7 +4,7 @@ use crate::cli::examples;
 use crate::cli::numbers::{percent, scientific};
 use crate::cli::output::{JsonArgs, aligned_in, check_place, columns, make_directory, wrapped};
 use crate::cli::places;
-use crate::cli::warn;
+use crate::cli::{warn, warn_of};
 use crate::error::{Error, Result};
 use crate::image::{Bounds, Format, Image, check_output_path};
 use crate::report::measure::flip;
@@ -46,7 +46,7 @@ pub fn run(args: &DiffArgs) -> Result<u8> {
     }
     let (mut a, mut b) = places::reading(|| Ok((Image::read(&args.a)?, Image::read(&args.b)?)))?;
     for (path, image) in [(&args.a, &a), (&args.b, &b)] {
-        image.warnings.iter().for_each(|warning| warn(&format!("{}: {warning}", path.display())));
+        warn_of(&path.display(), image);
     }
     let windows = a.windows.is_some() || b.windows.is_some();
     let area = if windows { overlap(args, &a, &b)? } else { a.data() };

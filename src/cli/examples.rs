@@ -26,8 +26,14 @@ Examples:
       another way to estimate direct light and to choose its lights
   octray render builtin:rooms --frames 0..47 -o walk/####.png --spp 32
       two seconds of a camera that moves, a file a frame
+  octray render part.obj -o part.png --look-from 3,2,4 --look-at 0,0,0 --studio
+      a bare mesh: a camera, a ground and a soft light from outside
   octray render scenes/glass.toml -o glass.exr --spp 65536 --every 1m
       a long one: after whatever ends it, the same command goes on
+  octray render scenes/glass.toml -o glass.exr --layers all --half --zip
+      with albedo, normals and depth, as denoisers take them, in a small file
+  octray render scenes/sky.toml -o temple.png --hide-environment
+      with alpha, to be put before something else
   octray render scenes/glass.toml --shard 2/8 -o glass.2 --spp 65536
       the second of eight parts; octray merge makes the image of them";
 

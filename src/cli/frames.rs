@@ -118,6 +118,11 @@ impl FrameArgs {
         Ok((first..=last).map(shot).collect())
     }
 
+    /// Whether the camera may move.
+    pub fn moves(&self) -> bool {
+        self.frames.is_some() || self.camera_path.is_some()
+    }
+
     /// Whether `shot` was made by an earlier call and is to be left out.
     pub fn is_left_out(&self, shot: &Shot) -> bool {
         self.skip_existing && shot.outputs.iter().all(|path| path.exists())

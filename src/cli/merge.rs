@@ -2,9 +2,10 @@
 
 use crate::cli::args;
 use crate::cli::examples;
+use crate::cli::layers::{EncodingArgs, left_out};
 use crate::cli::messages::tell;
 use crate::cli::output::{check_place, make_directory, print};
-use crate::cli::{places, report};
+use crate::cli::{places, report, warn};
 use crate::error::{Error, Result};
 use crate::film::part::{self, Part};
 use crate::image::check_output_path;
@@ -26,6 +27,8 @@ pub struct MergeArgs {
     /// Stops of exposure for PNG; other formats hold radiance as it is
     #[arg(long, value_name = "EV", default_value = "0", value_parser = args::exposure, allow_negative_numbers = true)]
     exposure: f64,
+    #[command(flatten)]
+    encoding: EncodingArgs,
 }
 
 /// Numbers that a message names, at most.
@@ -36,6 +39,9 @@ pub fn run(args: &MergeArgs) -> Result<u8> {
     for path in &args.output {
         check_place(path, |path| check_output_path(path))?;
         places::claim(path)?;
+    }
+    if !args.list {
+        args.encoding.check(&args.output)?;
     }
     let found = places::reading(|| Ok(open(&args.parts)))?;
     found.faults.iter().for_each(report);
@@ -146,6 +152,9 @@ fn merge(args: &MergeArgs, parts: Vec<(PathBuf, Part)>) -> Result<u8> {
         part.put(&path, &mut film)?;
         tell(&format!("{}: put in its place", path.display()));
     }
+    film.encoding = args.encoding.encoding();
+    let found = args.encoding.beyond_half(&film, &args.output).into_iter().chain(left_out(&film, &args.output));
+    found.for_each(|warning| warn(&warning));
     let (mut written, mut status): (Vec<&Path>, u8) = (Vec::new(), 0);
     for path in &args.output {
         match make_directory(path).and_then(|()| film.save_exposed(path, args.exposure)) {

@@ -2,6 +2,7 @@
 //! JSON object a line for programs that drive this one. **Law:** nothing of a file or name reaches the terminal but through
 //! [`crate::shown`].
 
+use crate::image::Image;
 use crate::shown::shown;
 use env_logger::{Builder, Target, WriteStyle};
 use log::{Level, LevelFilter};
@@ -66,6 +67,11 @@ pub fn report(error: &impl std::fmt::Display) {
 /// What the user should know.
 pub fn warn(message: &str) {
     log::warn!(target: "octray", "{message}");
+}
+
+/// What the user should know of an image, which `name` names.
+pub fn warn_of(name: &impl std::fmt::Display, image: &Image) {
+    image.warnings.iter().for_each(|warning| warn(&format!("{name}: {warning}")));
 }
 
 /// What is going on, for those who asked.

@@ -136,7 +136,10 @@ impl Bar {
         }
         let done = fraction(progress, self.time, self.target);
         self.bar.set_position((done * STEPS as f64) as u64);
-        let message = message(progress, seconds_left(progress, self.time, self.target));
+        let message = match progress.layers {
+            true => "layers".to_owned(),
+            false => message(progress, seconds_left(progress, self.time, self.target)),
+        };
         self.bar.set_message(format!("{}{message}", self.title));
     }
 
@@ -152,6 +155,7 @@ impl Bar {
             "event": "progress",
             "frame": self.frame,
             "training": progress.training,
+            "layers": progress.layers,
             "samples": progress.samples,
             "total": if self.counts_samples(progress) { Some(progress.total) } else { None },
             "done": fraction(progress, self.time, self.target),
@@ -261,6 +265,7 @@ mod tests {
             total: 100,
             seconds: 6.0,
             training: false,
+            layers: false,
             relative_error: None,
             unseen_error: 0.0,
         };
@@ -284,8 +289,9 @@ mod tests {
     fn the_time_left_follows_from_the_samples_of_this_call() {
         // An earlier call has taken 60; this one 20 in 10 seconds.
         let (resumed, relative_error, unseen_error) = (60, Some(0.02), 0.0);
-        let (seconds, training) = (10.0, false);
-        let progress = Progress { samples: 80, resumed, total: 100, seconds, training, relative_error, unseen_error };
+        let (seconds, training, layers) = (10.0, false, false);
+        let progress =
+            Progress { samples: 80, resumed, total: 100, seconds, training, layers, relative_error, unseen_error };
         let left = |time: Option<u64>, target| seconds_left(&progress, time.map(Duration::from_secs), target);
         assert_eq!(samples_per_second(&progress), 2.0);
         assert_eq!(left(None, None), Some(10.0));

@@ -8,6 +8,7 @@ use crate::cli::examples;
 use crate::cli::frames::{FrameArgs, Names, Shot};
 use crate::cli::interrupt;
 use crate::cli::keep::{KeepArgs, Watcher, partial_path, remove_partial};
+use crate::cli::layers::{EncodingArgs, LayerArgs};
 use crate::cli::messages::{self, tell};
 use crate::cli::numbers::{percent, three_digits};
 use crate::cli::output::{check_json_path, check_place, make_directory, print, write_json};
@@ -15,6 +16,7 @@ use crate::cli::places;
 use crate::cli::progress::{Bar, Form, load};
 use crate::cli::resume::{State, recipe_of};
 use crate::cli::stats::Report;
+use crate::cli::view::ViewArgs;
 use crate::cli::{prepare, report, warn};
 use crate::error::{Error, Result};
 use crate::files::atomic;
@@ -82,10 +84,16 @@ pub struct RenderArgs {
     #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
     shard: Option<Shard>,
     #[command(flatten)]
+    view: ViewArgs,
+    #[command(flatten)]
     sequence: FrameArgs,
     /// Stops of exposure for PNG; other formats hold radiance as it is
     #[arg(long, value_name = "EV", default_value = "0", value_parser = args::exposure, allow_negative_numbers = true)]
     exposure: f64,
+    #[command(flatten)]
+    layers: LayerArgs,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     /// Write what the render cost and met as JSON
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -121,8 +129,12 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     if args.progress == Form::Json {
         messages::as_json();
     }
-    if args.shard.is_some() {
-        check_shard(args)?;
+    match args.shard {
+        Some(_) => check_shard(args)?,
+        None => {
+            args.layers.check(&args.output)?;
+            args.encoding.check(&args.output)?;
+        }
     }
     let (checkpoint, preview) = args.keeping.files();
     let names = Names { outputs: &args.output, stats: args.stats.as_deref(), checkpoint, preview };
@@ -130,6 +142,11 @@ pub fn run(args: &RenderArgs) -> Result<u8> {
     shots.iter().try_for_each(|shot| check_outputs(shot, args.shard))?;
     args.keeping.check(&shots, args.shard.is_none())?;
     let mut scene = load(&args.scene, args.quiet)?;
+    if args.view.places_camera() && args.sequence.moves() {
+        let message = "--look-from, --look-at, --up and --fov place a camera that stands still: leave out --frames and --camera-path";
+        return Err(Error::Usage(message.into()));
+    }
+    args.view.apply(&mut scene.desc)?;
     let of_path = places::reading(|| args.sequence.place(&mut scene.desc))?;
     scene.desc.warnings.extend(of_path);
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
@@ -202,12 +219,14 @@ fn render_shot(
     }
 
     render.film.exposure = args.exposure;
+    render.film.encoding = args.encoding.encoding();
     render.film.metadata.extend(shot.frame.map(|frame| ("frame".to_owned(), frame.to_string())));
     if !render.stats.finished {
         return stopped(shot, &state, &render, (settings.spp, settings.shard.is_some())).map(|()| false);
     }
     let mut found = findings(&render);
     found.extend(beyond_f32(&render, &shot.outputs));
+    found.extend(args.encoding.beyond_half(&render.film, &shot.outputs));
     // What of the view was known has been told before.
     found.extend(render.stats.warnings.iter().filter(|warning| !warnings.contains(warning)).cloned());
     found.iter().for_each(|warning| warn(warning));
@@ -309,7 +328,7 @@ fn check_shard(args: &RenderArgs) -> Result<()> {
         _ if args.target_error.is_some() => refused("--target-error goes by the noise of the whole image: use --spp"),
         _ if args.keeping.files().1.is_some() => refused("--preview shows whole images: leave it out"),
         _ if args.output.len() > 1 => refused("a part is one file: give one -o, and images to octray merge"),
-        _ => Ok(()),
+        _ => args.encoding.check_part(),
     }
 }
 
@@ -323,6 +342,8 @@ fn about(settings: &Settings, shard: Shard, frame: &Frame, recipe: &Recipe, film
         crop: [x, y, width, height],
         shard: (shard.number, shard.count),
         spp: film.spp,
+        layers: part::layer_names(&film.layers),
+        alpha: film.layers.alpha,
         grouped: settings.sampler == Sampler::Sobol,
     }
 }
@@ -341,6 +362,7 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
     let mut settings = scene.settings();
     args.estimator.apply(&mut settings);
     args.film.apply(&mut settings);
+    args.layers.apply(&mut settings);
     settings.spp = match (args.spp, args.time.is_some() || args.target_error.is_some()) {
         (Some(spp), _) => spp,
         // Time or error alone decide: neither the scene's samples nor the default may end the render sooner.

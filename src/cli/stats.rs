@@ -44,6 +44,12 @@ pub struct Report<'a> {
     build_s: f64,
     render_s: f64,
     cpu_s: f64,
+    /// What the image file holds beside radiance, in the words of `--layers`.
+    layers: Vec<&'static str>,
+    /// Camera rays that left the scene saw nothing, and there is alpha.
+    hide_environment: bool,
+    /// Wall seconds of gathering layers and alpha, which are not in `render_s`; `null`: none were gathered.
+    layers_s: Option<f64>,
     paths: u64,
     rays: RayCounts,
     /// All rays, in millions, by CPU second of rendering.
@@ -124,6 +130,9 @@ impl<'a> Report<'a> {
             build_s: scene.build_s + stats.setup_s,
             render_s: stats.render_s,
             cpu_s: stats.cpu_s,
+            layers: settings.layers.iter().map(|layer| layer.name()).collect(),
+            hide_environment: settings.hide_environment,
+            layers_s: stats.layers_s,
             paths: stats.paths,
             rays: stats.rays,
             mrays_per_s: mrays_per_s(&stats.rays, stats.cpu_s),

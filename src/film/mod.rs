@@ -9,6 +9,7 @@
 
 pub mod checkpoint;
 pub mod error;
+pub mod layers;
 pub mod part;
 pub mod sums;
 
@@ -18,6 +19,7 @@ pub use sums::{GroupSums, Pixel, SquareSums, Sums, SumsMut};
 use crate::error::Result;
 use crate::files::memory;
 use crate::settings::{Crop, Sampler};
+use layers::Layers;
 
 /// A sample that was not finite: where it arose. Such samples never reach the film's sums.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,6 +78,21 @@ impl TileCounts {
     }
 }
 
+/// How OpenEXR files hold numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Encoding {
+    /// Radiance, alpha, albedo and normals as f16: what is above 65,504 is cut to it. Depths and variances stay f32, whose range
+    /// they need.
+    pub half: bool,
+    /// By ZIP, without loss, in blocks of 16 rows.
+    pub zip: bool,
+}
+
+impl Encoding {
+    /// The largest f16.
+    pub const MOST_HALF: f32 = 65504.0;
+}
+
 /// The sums of a picture (or of a crop of it), row 0 at the top.
 #[derive(Clone, Debug, Default)]
 pub struct Film {
@@ -99,6 +116,10 @@ pub struct Film {
     pub metadata: Vec<(String, String)>,
     /// PNG exposure in stops; other formats hold radiance as it is.
     pub exposure: f64,
+    /// What files hold beside radiance.
+    pub layers: Layers,
+    /// How OpenEXR files hold numbers.
+    pub encoding: Encoding,
 }
 
 impl Film {
@@ -213,6 +234,12 @@ impl Film {
             }
         }
         found
+    }
+
+    /// How many pixels are brighter than the largest f16, 65,504.
+    pub fn beyond_half(&self) -> usize {
+        let all = (0..self.height).flat_map(|y| (0..self.width).map(move |x| self.mean(x, y)));
+        all.filter(|mean| mean.iter().any(|&value| value > Encoding::MOST_HALF)).count()
     }
 
     /// Samples of pixel `index`, counted row by row.

@@ -4,6 +4,8 @@
 //! cost alike, go to different parts; part K of N has every N-th tile from the K-th on. All samples of a pixel are taken by one
 //! part, in their order, so merging copies sums and adds nothing: it is exact by construction, in whatever order parts come.
 //!
+//! Layers and alpha, where a part was made with some, are copied as well.
+//!
 //! In memory the film of a part is a strip, a row of [`PIXELS`] pixels a tile; those that a tile at the film's edge lacks stay
 //! empty. In its file they are left out.
 
@@ -12,10 +14,12 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::files::memory;
 use crate::files::sealed::{self, Found, Numbers};
 use crate::film::Film;
+use crate::film::layers::{LayerPixel, Layers, NUMBERS};
 use crate::sampler::sobol::GROUPS;
-use crate::settings::{Crop, MAX_FILM_PIXELS, MAX_FILM_SIDE, Sampler, Shard};
+use crate::settings::{Crop, Layer, MAX_FILM_PIXELS, MAX_FILM_SIDE, Sampler, Shard};
 
 /// Columns and rows of a tile.
 pub const SIDE: u32 = 16;
@@ -75,14 +79,40 @@ pub struct About {
     pub shard: (u32, u32),
     /// Samples in every pixel.
     pub spp: u32,
+    /// What the whole image is to hold beside radiance ([`Layers::wanted`]).
+    #[serde(default = "variance_alone")]
+    pub layers: Vec<String>,
+    /// The whole image is to hold alpha.
+    #[serde(default)]
+    pub alpha: bool,
     /// Sums by group follow those of all samples; else sums of squares.
     pub grouped: bool,
+}
+
+/// The names of the layers that are wanted.
+pub fn layer_names(layers: &Layers) -> Vec<String> {
+    layers.wanted.iter().map(Layer::to_string).collect()
+}
+
+/// The layers of parts that do not say.
+fn variance_alone() -> Vec<String> {
+    layer_names(&Layers::default())
 }
 
 impl About {
     fn crop(&self) -> Crop {
         let [x, y, width, height] = self.crop;
         Crop { x, y, width, height }
+    }
+
+    /// The layers that are wanted; `None` if one of them is none.
+    fn wanted(&self) -> Option<Vec<Layer>> {
+        self.layers.iter().map(|name| name.parse().ok()).collect()
+    }
+
+    /// Whether layers follow the sums of a tile.
+    fn has_layers(&self) -> bool {
+        self.alpha || self.wanted().is_some_and(|wanted| Layer::are_of_hits(&wanted))
     }
 
     /// Its tiles, in the order of its sums.
@@ -106,6 +136,8 @@ impl About {
             ("number of samples a pixel", self.spp.to_string(), other.spp.to_string()),
             ("number of parts", self.shard.1.to_string(), other.shard.1.to_string()),
             ("sampler", self.grouped.to_string(), other.grouped.to_string()),
+            ("list of layers", format!("{:?}", self.layers), format!("{:?}", other.layers)),
+            ("alpha", self.alpha.to_string(), other.alpha.to_string()),
             ("header", format!("{:?}", self.metadata), format!("{:?}", other.metadata)),
         ];
         let different = texts.into_iter().find(|(_, own, theirs)| own != theirs);
@@ -124,6 +156,7 @@ impl About {
             && u64::from(w) * u64::from(h) <= MAX_FILM_PIXELS
             && (1..=count).contains(&number)
             && self.spp > 0
+            && self.wanted().is_some()
     }
 }
 
@@ -141,6 +174,10 @@ pub fn write(path: &Path, about: &About, film: &Film) -> Result<()> {
                 film.groups[of_tile(tile)].iter().try_for_each(|groups| out.numbers(groups.0.as_flattened()))?;
             } else {
                 film.squares[of_tile(tile)].iter().try_for_each(|squares| out.numbers(&squares.0))?;
+            }
+            if about.has_layers() {
+                let mut pixels = film.layers.pixels[of_tile(tile)].iter();
+                pixels.try_for_each(|pixel| out.numbers(&pixel.to_array().map(f64::from)))?;
             }
         }
         Ok(())
@@ -168,7 +205,8 @@ pub fn open(path: &Path) -> Result<Part> {
         Found::Damaged => fault("not a part of a render, or a damaged one: render that part again"),
         Found::OtherVersion => fault("a part of a render by another version of octray"),
         Found::Whole(about, numbers) => {
-            let each = 3 + if about.grouped { 3 * GROUPS as u64 } else { 3 };
+            let layers = if about.has_layers() { NUMBERS as u64 } else { 0 };
+            let each = 3 + if about.grouped { 3 * GROUPS as u64 } else { 3 } + layers;
             let count = |about: &About| about.tiles().iter().map(|tile| pixels(tile) as u64).sum::<u64>();
             if !about.is_sound() || count(&about).checked_mul(each) != Some(numbers.left()) {
                 return fault("a part that no render can have left: render that part again");
@@ -192,6 +230,9 @@ impl Part {
         film.place = (!whole).then_some(crate::film::Place { x, y, film: about.film });
         film.spp = about.spp;
         film.metadata.clone_from(&about.metadata);
+        let count = if about.has_layers() { film.pixels.len() } else { 0 };
+        let pixels = memory::table(count, "the layers of the image")?;
+        film.layers = Layers { wanted: about.wanted().unwrap_or_default(), alpha: about.alpha, pixels };
         Ok(film)
     }
 
@@ -220,8 +261,18 @@ impl Part {
                     None => film.squares[index].0 = self.sums().ok_or_else(fault)?,
                 }
             }
+            if self.about.has_layers() {
+                for index in indices() {
+                    film.layers.pixels[index] = self.layers().ok_or_else(fault)?;
+                }
+            }
         }
         Ok(())
+    }
+
+    fn layers(&mut self) -> Option<LayerPixel> {
+        let numbers = self.numbers.array::<NUMBERS>()?.map(|number| number as f32);
+        numbers.iter().all(|number| number.is_finite()).then(|| LayerPixel::from_array(numbers))
     }
 
     fn sums(&mut self) -> Option<[f64; 3]> {
@@ -277,6 +328,8 @@ mod tests {
             crop: [1, 0, 2, 2],
             shard: (1, 1),
             spp: 4,
+            layers: variance_alone(),
+            alpha: false,
             grouped: false,
         };
         let forge = |change: fn(&mut About), numbers: &[f64]| {

@@ -11,8 +11,9 @@ mod primaries;
 
 use crate::color::srgb8;
 use crate::error::{Error, Result};
+use crate::files::atomic::Sink;
 use crate::files::{atomic, memory, read};
-use crate::film::Film;
+use crate::film::{Encoding, Film};
 use ::image::{DynamicImage, ImageDecoder, ImageFormat};
 use std::io::{self, Cursor};
 use std::path::Path;
@@ -20,9 +21,9 @@ use std::path::Path;
 /// A file format, chosen by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// OpenEXR: f32 radiance, variance, settings; known to builds with the feature `exr` alone.
+    /// OpenEXR: radiance, variance, layers, alpha, settings; known to builds with the feature `exr` alone.
     Exr,
-    /// 8-bit sRGB.
+    /// 8-bit sRGB, and alpha.
     Png,
     /// Radiance RGBE: 8 bits a channel and a shared exponent.
     Hdr,
@@ -72,16 +73,37 @@ impl Film {
     pub fn save_exposed(&self, path: &Path, exposure: f64) -> Result<()> {
         let format = Format::of(path)?;
         atomic::write(path, |out| match format {
-            Format::Exr => {
-                let header =
-                    exr::Header { size: (self.width, self.height), metadata: &self.metadata, windows: self.windows() };
-                let pixels = |x, y| (self.mean(x, y), self.variance(x, y));
-                exr::write(&header, &pixels, self.sums().tell_errors(), out)
-            }
+            Format::Exr => self.write_exr(out),
             Format::Png => png::write(self, exposure, out),
             Format::Hdr => hdr::write(self, out),
             Format::Pfm => pfm::write(self, out),
         })
+    }
+
+    /// Writes it as OpenEXR: means, and beside them what [`Film::layers`] wants and has.
+    fn write_exr(&self, out: &mut dyn Sink) -> io::Result<()> {
+        let has_variance = self.layers.has_variance() && self.sums().tell_errors();
+        let layers = self.layers.channels();
+        let variance = if has_variance { &exr::VARIANCE[..] } else { &[] };
+        let names = exr::COLOR.iter().chain(variance).copied().chain(layers.iter().map(|layer| layer.name));
+        let header = exr::Header {
+            size: (self.width, self.height),
+            metadata: &self.metadata,
+            windows: self.windows(),
+            channels: names.collect(),
+            encoding: self.encoding,
+        };
+        let pixels = |x: u32, y: u32, values: &mut [f32]| {
+            let (color, beside) = values.split_at_mut(3);
+            color.copy_from_slice(&self.mean(x, y));
+            let (variance, beside) = beside.split_at_mut(variance.len());
+            if has_variance {
+                variance.copy_from_slice(&self.variance(x, y));
+            }
+            let at = y as usize * self.width as usize + x as usize;
+            beside.iter_mut().zip(&layers).for_each(|(value, layer)| *value = (layer.of)(&self.layers.pixels[at]));
+        };
+        exr::write(&header, &pixels, out)
     }
 
     /// The picture so far, as its EXR file would hold it: means, their variance, the settings.
@@ -192,11 +214,22 @@ impl Image {
     /// # Errors
     /// [`Error::Write`]; an older file of that name is then untouched.
     pub fn save_exr(&self, path: impl AsRef<Path>) -> Result<()> {
-        let header = exr::Header { size: (self.width, self.height), metadata: &self.metadata, windows: self.windows };
-        let at = |x: u32, y: u32| y as usize * self.width as usize + x as usize;
-        let variance = |index: usize| self.variance.as_ref().map_or([0.0; 3], |variance| variance[index]);
-        let pixels = |x, y| (self.pixels[at(x, y)], variance(at(x, y)));
-        atomic::write(path.as_ref(), |out| exr::write(&header, &pixels, self.variance.is_some(), out))
+        let names = exr::COLOR.iter().chain(if self.variance.is_some() { &exr::VARIANCE[..] } else { &[] });
+        let header = exr::Header {
+            size: (self.width, self.height),
+            metadata: &self.metadata,
+            windows: self.windows,
+            channels: names.copied().collect(),
+            encoding: Encoding::default(),
+        };
+        let pixels = |x: u32, y: u32, values: &mut [f32]| {
+            let at = y as usize * self.width as usize + x as usize;
+            values[..3].copy_from_slice(&self.pixels[at]);
+            if let Some(variance) = &self.variance {
+                values[3..].copy_from_slice(&variance[at]);
+            }
+        };
+        atomic::write(path.as_ref(), |out| exr::write(&header, &pixels, out))
     }
 
     /// The picture as a PNG file shows it after `exposure` stops: 8-bit sRGB, three bytes a pixel.
@@ -227,11 +260,10 @@ impl Image {
 
     /// The pixels in `area`, which lies in the data window.
     pub fn part(&self, area: Bounds) -> Image {
-        let data = self.data();
-        let (x, y) = (area.x.abs_diff(data.x) as usize, area.y.abs_diff(data.y) as usize);
         let rows = |pixels: &Vec<[f32; 3]>| {
-            let rows = pixels.chunks(self.width as usize).skip(y).take(area.height as usize);
-            rows.flat_map(|row| &row[x..x + area.width as usize]).copied().collect()
+            let mut part = vec![[0.0; 3]; area.width as usize * area.height as usize];
+            copy_rows((pixels, self.data()), (&mut part, area));
+            part
         };
         Image {
             width: area.width,
@@ -255,16 +287,7 @@ impl Image {
         }
         claim(shown.width.into(), shown.height.into(), 12)?;
         let mut pixels = vec![[0.0; 3]; shown.width as usize * shown.height as usize];
-        if let Some(both) = shown.overlap(&data) {
-            let place = |of: Bounds, row: u32| {
-                let (x, y) = (both.x.abs_diff(of.x) as usize, both.y.abs_diff(of.y) as usize);
-                let start = (y + row as usize) * of.width as usize + x;
-                start..start + both.width as usize
-            };
-            for row in 0..both.height {
-                pixels[place(shown, row)].copy_from_slice(&self.pixels[place(data, row)]);
-            }
-        }
+        copy_rows((&self.pixels, data), (&mut pixels, shown));
         Ok(Image { width: shown.width, height: shown.height, pixels, variance: None, windows: None, ..self })
     }
 
@@ -272,6 +295,17 @@ impl Image {
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
         self.pixels[y as usize * self.width as usize + x as usize]
     }
+}
+
+/// Copies the pixels that are in both rectangles.
+fn copy_rows((from, of_from): (&[[f32; 3]], Bounds), (to, of_to): (&mut [[f32; 3]], Bounds)) {
+    let Some(both) = of_from.overlap(&of_to) else { return };
+    let place = |of: Bounds, row: u32| {
+        let (x, y) = (both.x.abs_diff(of.x) as usize, both.y.abs_diff(of.y) as usize);
+        let start = (y + row as usize) * of.width as usize + x;
+        start..start + both.width as usize
+    };
+    (0..both.height).for_each(|row| to[place(of_to, row)].copy_from_slice(&from[place(of_from, row)]));
 }
 
 /// Asks for the memory that `count` pixels of `bytes` each take while they are decoded, before any of it is taken.

@@ -8,8 +8,18 @@ use ::image::codecs::png::PngEncoder;
 use ::image::{ExtendedColorType, ImageEncoder, ImageFormat};
 use std::io;
 
-/// Writes 8-bit sRGB after `exposure` stops.
+/// Writes 8-bit sRGB after `exposure` stops, with alpha where the film has it: then colours are those of what is there, without
+/// what is not (the format's alpha is not associated).
 pub(super) fn write(film: &Film, exposure: f64, out: &mut dyn Sink) -> io::Result<()> {
+    if let Some(alphas) = film.layers.alphas() {
+        let pixel = |(color, alpha): ([f32; 3], f32)| {
+            let [r, g, b] = color.map(|value| srgb8(if alpha > 0.0 { value / alpha } else { 0.0 }, exposure));
+            [r, g, b, (alpha * 255.0).round() as u8]
+        };
+        let bytes: Vec<u8> = film.means().zip(alphas).flat_map(pixel).collect();
+        let encoder = PngEncoder::new(out);
+        return encoder.write_image(&bytes, film.width, film.height, ExtendedColorType::Rgba8).map_err(encoding);
+    }
     let bytes: Vec<u8> = film.means().flatten().map(|value| srgb8(value, exposure)).collect();
     write_bytes(&bytes, film.width, film.height, out)
 }

@@ -3,30 +3,33 @@
 use crate::error::{Error, Result};
 use crate::files::read;
 use crate::import::environment::load_map;
+use crate::import::framing::{corners, frame};
+use crate::import::lamps::add_lights;
 use crate::import::obj::libraries::{Libraries, ObjMaterial};
 use crate::import::obj::mesh::{ObjFile, ObjMesh};
 use crate::import::obj::mtl::{MtlKind, MtlMaterial};
 use crate::import::obj::names;
 use crate::import::pictures::Numbers;
-use crate::import::toml::lights::{EnvironmentEntry, LampEntry, LightEntry};
+use crate::import::toml::lights::EnvironmentEntry;
 use crate::import::toml::parse;
 use crate::import::toml::parse::{Kind, MaterialEntry, MeshEntry, SceneFile};
 use crate::nearest::nearest;
 use crate::scene::builtin;
 use crate::scene::camera::CameraPath;
 use crate::scene::desc::{
-    CameraDesc, EnvironmentDesc, LightDesc, MapDesc, MaterialDesc, MeshDesc, RenderDesc, SceneDesc, TriangleDesc,
+    CameraDesc, EnvironmentDesc, MapDesc, MaterialDesc, MeshDesc, NamedCamera, SceneDesc, TriangleDesc,
 };
-use crate::scene::shapes;
 use crate::scene::transform::{Similarity, Transform};
 use crate::scene::validate;
 use crate::scene::validate::is_degenerate;
 use crate::scene::warnings::{MOST_LETTERS, condense, shortened};
 use std::collections::{HashMap, HashSet};
-use std::f64::consts::PI;
 use std::mem::take;
 use std::path::Path;
 use std::rc::Rc;
+
+/// How the warnings begin that there is no light.
+pub const NO_LIGHT: &str = "nothing emits light";
 
 impl SceneDesc {
     /// Loads a TOML scene file, a bare OBJ, or a scene made in code (`builtin:NAME`).
@@ -55,7 +58,8 @@ impl SceneDesc {
         frame(&mut scene)?;
         if !emits(&scene) {
             scene.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
-            scene.warnings.push("nothing emits light: lit by a constant white environment".into());
+            scene.made.light = true;
+            scene.warnings.push(format!("{NO_LIGHT}: lit by a constant white environment"));
         }
         checked(scene)
     }
@@ -70,7 +74,7 @@ fn checked(mut scene: SceneDesc) -> Result<SceneDesc> {
 
 fn load_toml(path: &Path) -> Result<SceneDesc> {
     let bytes = read::bytes(path)?;
-    let SceneFile { camera, film, filter, render, meshes, materials, environment, lights } =
+    let SceneFile { cameras, film, filter, render, meshes, materials, environment, lights } =
         parse::parse_scene(path, &parse::toml_text(path, bytes)?)?;
     if meshes.is_empty() {
         return Err(Error::parse(path, None, "no triangles: add a [[mesh]] with obj = \"FILE.obj\""));
@@ -88,14 +92,16 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
         }
     };
     scene.set_environment(environment);
-    match camera {
-        Some((camera, path)) => (scene.camera, scene.camera_path) = (camera, path),
+    match cameras.first() {
+        Some((_, camera, path)) => (scene.camera, scene.camera_path) = (*camera, path.clone()),
         None => frame(&mut scene)?,
     }
+    let named = cameras.into_iter().filter_map(|(name, camera, path)| Some(NamedCamera { name: name?, camera, path }));
+    scene.cameras = named.collect();
     add_lights(path, &mut scene, lights)?;
     if scene.lights.is_empty() && !emits(&scene) {
-        let warning = "nothing emits light: the picture will be black; add emission, a [[light]] or an [environment]";
-        scene.warnings.push(warning.into());
+        let rest = "the picture will be black; add emission, a [[light]] or an [environment]";
+        scene.warnings.push(format!("{NO_LIGHT}: {rest}"));
     }
     checked(scene)
 }
@@ -109,45 +115,9 @@ pub fn load_camera_path(path: &Path) -> Result<(CameraDesc, CameraPath)> {
     parse::parse_camera_path(path, &parse::toml_text(path, bytes)?)
 }
 
-/// Adds the lights of the scene file `path`; after the meshes, whose triangles so keep their numbers.
-fn add_lights(path: &Path, scene: &mut SceneDesc, lights: Vec<LightEntry>) -> Result<()> {
-    for light in lights {
-        match light {
-            LightEntry::Delta(light) => scene.lights.push(LightDesc::Delta(light)),
-            LightEntry::Lamp(lamp) => add_lamp(path, scene, lamp)?,
-        }
-    }
-    Ok(())
-}
-
-/// Adds a lamp of triangles: black, and as much brighter than it says as rounding has made its area smaller.
-fn add_lamp(path: &Path, scene: &mut SceneDesc, lamp: LampEntry) -> Result<()> {
-    let LampEntry { name, line, position, radius, normal, radiance, two_sided } = lamp;
-    let material = scene.materials.len() as u32;
-    let (mesh, area) = match normal {
-        Some(normal) => (shapes::disk(position, normal, radius, material), PI * radius * radius),
-        None => (shapes::sphere(position, radius, material), 4.0 * PI * radius * radius),
-    };
-    let factor = area / shapes::area(&mesh);
-    if !(0.5..2.0).contains(&factor) {
-        let why = format!("`radius` {radius} is too small where f32 coordinates are as large as in {position:?}");
-        return Err(Error::parse(path, Some(line), format!("[[light]]: {why}: make it larger, or a point light")));
-    }
-    let emission = radiance.map(|c| c * factor);
-    scene.materials.push(MaterialDesc { name, emission, two_sided, ..MaterialDesc::default() });
-    scene.add_mesh(mesh, Transform::Identity);
-    Ok(())
-}
-
 /// Whether any triangle shines.
 fn emits(scene: &SceneDesc) -> bool {
     triangles(scene).any(|t| scene.materials[t.material as usize].emission != [0.0; 3])
-}
-
-/// The corners of all triangles; each mesh has one instance, which stands where it does.
-fn corners(scene: &SceneDesc) -> impl Iterator<Item = [[f32; 3]; 3]> {
-    let of_mesh = |mesh: &MeshDesc, t: &TriangleDesc| t.vertices.map(|vertex| mesh.positions[vertex as usize]);
-    scene.meshes.iter().flat_map(move |mesh| mesh.triangles.iter().map(move |triangle| of_mesh(mesh, triangle)))
 }
 
 /// The triangles of all meshes; each mesh has one instance.
@@ -371,39 +341,4 @@ fn resolve(scene: &Path, material: &MtlMaterial, entry: Option<&MaterialEntry>) 
     let emission = entry.and_then(|e| e.emission).unwrap_or(material.emission);
     let two_sided = entry.is_some_and(|e| e.two_sided);
     Ok(MaterialDesc { name, scattering, emission, two_sided, ..MaterialDesc::default() })
-}
-
-/// Gives the scene a camera from +z along -z that has the whole box in view, and says so.
-fn frame(scene: &mut SceneDesc) -> Result<()> {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for corner in corners(scene).flatten() {
-        for (axis, x) in corner.iter().enumerate() {
-            low[axis] = low[axis].min(f64::from(*x));
-            high[axis] = high[axis].max(f64::from(*x));
-        }
-    }
-    let centre: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
-    let half: [f64; 3] = std::array::from_fn(|i| 0.5 * (high[i] - low[i]));
-    let aspect = f64::from(scene.film.0) / f64::from(scene.film.1);
-    let fov = CameraDesc::default().vertical_fov;
-    // The box's near face is its widest outline; 5 % air around it.
-    let near_face = 1.05 * half[1].max(half[0] / aspect) / libm::tan(0.5 * fov.to_radians());
-    // A line or point of a box: stand back by its depth, or by 1.
-    let depth = if half[2] > 0.0 { half[2] } else { centre.iter().fold(1.0, |m: f64, x| m.max(x.abs())) };
-    let distance = if near_face > 0.0 { near_face } else { depth };
-    scene.camera = CameraDesc {
-        position: [centre[0], centre[1], high[2] + distance],
-        look_at: centre,
-        up: [0.0, 1.0, 0.0],
-        vertical_fov: fov,
-        ..CameraDesc::default()
-    };
-    if let Some(fault) = validate::camera_fault(&scene.camera) {
-        let message = format!("its box {low:?} to {high:?} cannot be framed: {fault}");
-        return Err(Error::Scene { scene: scene.name.clone(), message });
-    }
-    let [x, y, z] = scene.camera.position.map(|x| x as f32);
-    scene.warnings.push(format!("no camera: one at [{x}, {y}, {z}] looks along -z with vertical_fov {fov}"));
-    scene.render = RenderDesc::default();
-    Ok(())
 }

@@ -5,8 +5,10 @@
 
 pub mod assembly;
 mod environment;
+pub mod framing;
 mod images;
 mod jpeg;
+mod lamps;
 pub mod obj;
 mod pictures;
 pub mod toml;

@@ -14,6 +14,7 @@ pub mod context;
 pub mod counters;
 pub mod decisions;
 pub mod explain;
+pub mod layers;
 pub mod plan;
 pub mod queues;
 pub mod tile;

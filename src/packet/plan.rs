@@ -15,6 +15,8 @@ use crate::simd::by_level;
 pub struct Plan {
     /// Makes the rays of the first round.
     pub generate_camera_rays: StageFn,
+    /// The stages of a round of a pass for layers ([`super::layers`]), in order.
+    pub layers_round: [StageFn; 2],
     /// The stages of a round, in order.
     pub round: Vec<(Stage, StageFn)>,
     /// What the stages read.
@@ -25,8 +27,8 @@ impl Plan {
     /// The plan of one render.
     pub fn new(setup: &Setup) -> Plan {
         let decisions = Decisions::new(setup);
-        let (generate_camera_rays, round) = by_level!(kernels::variants::stages(setup, &decisions));
-        Plan { generate_camera_rays, round, decisions }
+        let (generate_camera_rays, layers_round, round) = by_level!(kernels::variants::stages(setup, &decisions));
+        Plan { generate_camera_rays, layers_round, round, decisions }
     }
 
     /// One thread's queues, for `capacity` paths.

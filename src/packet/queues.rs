@@ -2,6 +2,7 @@
 //! sized once for a tile of `capacity` paths plus a spare block, so that a compressed store never needs a check.
 
 use crate::bvh::ray::{HitQueue, RayQueue};
+use crate::film::layers::FirstHit;
 use crate::lanes::LANES;
 use crate::learn::guide::steps::StepRecords;
 use crate::learn::records::{Lesson, LightRecords};
@@ -295,6 +296,8 @@ pub struct TileState {
     pub sightings: Option<VisibilityRecords>,
     /// What directions have found, if this is a training render.
     pub steps: Option<StepRecords>,
+    /// What camera rays have found, by slot, if this is a pass for layers.
+    pub first_hits: Vec<FirstHit>,
     /// The paths of the tile.
     pub slots: Slots,
     /// Working memory of the traversal.
@@ -322,6 +325,7 @@ impl TileState {
             records: None,
             sightings: None,
             steps: None,
+            first_hits: Vec::new(),
             slots: Slots::new(capacity, needs),
             scratch: Default::default(),
         }

@@ -47,6 +47,8 @@ pub mod camera;
 pub mod guide;
 #[path = "intersect.rs"]
 pub mod intersect;
+#[path = "layers.rs"]
+pub mod layers;
 #[path = "lights/mod.rs"]
 pub mod lights;
 #[path = "mis.rs"]

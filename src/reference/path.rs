@@ -107,6 +107,9 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
         let Some(hit) = intersect_where(&scene.bvh, &ray, &mut stack, |hit| is_hit(&scene.alpha_masks, hit)) else {
             // shade_miss
             observer.note(&path, Event::Miss(&ray));
+            if setup.hide_environment && path.depth == 0 {
+                break;
+            }
             let found = environment_in_direction(&setup.lights, &receiver, ray.direction, previous.cosine());
             if let Some((radiance, pdf_light)) = found {
                 let weight = emission_weight(strategy, previous, pdf_light);
@@ -282,7 +285,7 @@ pub fn trace_path(setup: &Setup, (x, y): (u32, u32), sample: u32, observer: &mut
 }
 
 /// The material with its texture at `uv` in its colour; `None` if it has no texture.
-fn textured(scene: &PreparedScene, material: &MaterialRecord, uv: [Real; 2]) -> Option<MaterialRecord> {
+pub fn textured(scene: &PreparedScene, material: &MaterialRecord, uv: [Real; 2]) -> Option<MaterialRecord> {
     (material.texture != NO_TEXTURE).then(|| {
         let color = vec3(material.color) * look_up(&scene.textures, material.texture, uv);
         let mut textured = *material;

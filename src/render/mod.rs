@@ -4,6 +4,7 @@
 //! trace in the picture. A pass brings every pixel to the same number of samples.
 
 mod chance;
+mod layers;
 mod passes;
 pub mod pilot;
 pub mod sequence;
@@ -17,6 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::clock::Stopwatch;
 use crate::error::{Error, Result};
 use crate::fault::{Fault, planted};
+use crate::film::layers::Layers;
 use crate::film::{Film, NonFinite, Place, RelativeError};
 use crate::packet::counters::Counters;
 use crate::packet::plan::Plan;
@@ -138,6 +140,7 @@ fn asked_to_stop(
         total: u64::from(settings.spp.max(1)) * pixels.max(1),
         seconds: clock.wall_seconds(),
         training: true,
+        layers: false,
         relative_error: None,
         unseen_error: 0.0,
     };
@@ -181,6 +184,7 @@ fn render_trained(
         Some(_) => return Err(not_of_this()),
         None => layout.film(setup)?,
     };
+    let mut layer_pixels = if settings.gathers_layers() { layers::room(&film)? } else { Vec::new() };
     let mut threads = thread_count(settings.threads).min(layout.areas.len()).max(1);
     let wanted = threads;
     let mut workers: Vec<Worker> = (0..threads).map(|_| Worker::new(&plan, settings.engine)).collect();
@@ -269,8 +273,30 @@ fn render_trained(
         film.pixels[0].sum[0] += 1.0;
     }
     let (render_s, cpu_s) = (clock.wall_seconds(), clock.cpu_seconds());
+    film.layers = Layers { wanted: settings.layers.clone(), alpha: settings.hide_environment, pixels: Vec::new() };
+    let (finished, layers_s) = if finished && settings.gathers_layers() {
+        let samples = layout.samples(&film);
+        let tell = || {
+            watch.progress(Progress {
+                samples,
+                resumed,
+                total: samples,
+                seconds: clock.wall_seconds(),
+                training: false,
+                layers: true,
+                relative_error: error.map(|error| error.seen),
+                unseen_error: error.map_or(0.0, |error| error.unseen),
+            })
+        };
+        let pass = layers::Pass { setup, plan: &plan, layout: &layout, spp: film.spp, stop, tell: &tell };
+        let finished = pass.run(&mut workers, &mut layer_pixels, film.width);
+        film.layers.pixels = if finished { layer_pixels } else { Vec::new() };
+        (finished, Some(clock.wall_seconds() - render_s))
+    } else {
+        (finished, None)
+    };
     let unseen_error = error.filter(|_| settings.target_error.is_some()).map(|error| error.unseen);
-    let stats = Stats { threads, setup_s, render_s, cpu_s, finished, unseen_error, ..Stats::default() };
+    let stats = Stats { threads, setup_s, render_s, cpu_s, layers_s, finished, unseen_error, ..Stats::default() };
     let mut render = finish(setup, settings, &workers, film, nonfinite, stats);
     if threads < wanted {
         let warning = format!("only {threads} of {wanted} threads could be started: the system allows no more");
@@ -321,6 +347,10 @@ fn finish(
         shown.map(|&(y, x, sample)| NonFinite { x, y, sample, stage: stage_of(setup, (x, y), sample) }).collect();
     let recipe = Recipe::new(&setup.scene.name, settings, &setup.frame);
     film.metadata = recipe.and("spp", film.spp_in_words()).0;
+    if settings.gathers_layers() {
+        let surfaces = if settings.layers_through_specular { "behind mirrors and glass" } else { "first hit" };
+        film.metadata.push(("layers".to_owned(), surfaces.to_owned()));
+    }
     Render { film, stats }
 }
 

@@ -206,7 +206,7 @@ impl<'a> Sequence<'a> {
     fn forget_others(&mut self, setup: &Setup, settings: &Settings, frame: u32) {
         // Nothing else has any say in what a pilot records.
         let Settings { strategy, lights, guide, roulette, train, sampler, max_depth, rr_depth, seed, .. } = settings;
-        let learned = (lights, guide, roulette, train);
+        let learned = (lights, guide, roulette, train, settings.hide_environment);
         let made_for =
             format!("{strategy} {learned:?} {sampler} {max_depth:?} {rr_depth:?} {seed} {:?}", setup.frame.film);
         if made_for != self.made_for {

@@ -5,7 +5,7 @@
 //! bands only, with a copy of one band aside.
 
 use crate::error::Result;
-use crate::film::{ErrorSums, Film, SumsMut, TileCounts, part};
+use crate::film::{ErrorSums, Film, Pixel, SumsMut, TileCounts, part};
 use crate::render::shared::Locked;
 use crate::settings::{Crop, Sampler};
 use crate::setup::Setup;
@@ -69,6 +69,16 @@ impl Layout {
         }
     }
 
+    /// What of `table`, which is in the order of tiles, belongs to each tile; where it is empty, nothing.
+    pub(super) fn pieces<'f, T>(&self, mut table: &'f mut [T]) -> impl Iterator<Item = &'f mut [T]> {
+        self.areas.iter().map(move |area| {
+            let count = area.width as usize * area.height as usize;
+            // What a tile at the edge lacks in a strip belongs to nobody.
+            let taken = if self.is_strip { part::PIXELS as usize } else { count };
+            first(split_off(&mut table, taken), count)
+        })
+    }
+
     /// Pixels of all tiles.
     pub(super) fn pixels(&self) -> u64 {
         self.areas.iter().map(|area| u64::from(area.width) * u64::from(area.height)).sum()
@@ -103,6 +113,13 @@ impl Layout {
         film.uneven = (!even).then_some(TileCounts { tile: self.tile, counts });
     }
 
+    /// Brings a table of this layout from the order of tiles into rows of `width` pixels.
+    pub(super) fn to_rows<T: Copy>(&self, table: &mut [T], width: u32) {
+        if !self.is_strip {
+            reorder_table(table, width as usize, self.tile, Order::Rows);
+        }
+    }
+
     /// Brings all tables of `film` from the other order into `to`.
     pub(super) fn reorder(&self, film: &mut Film, to: Order) {
         if !self.is_strip {
@@ -115,16 +132,11 @@ impl Layout {
 pub(super) fn cut_into_tiles<'f>(setup: &Setup, film: &'f mut Film, layout: &Layout) -> Vec<Locked<Tile<'f>>> {
     let spp = film.spp;
     let mut counts = film.uneven.take().map(|uneven| uneven.counts).unwrap_or_default().into_iter();
-    let SumsMut { mut pixels, mut squares, mut groups } = film.sums_mut();
-    let of_tile = |&area: &Crop| {
-        let count = area.width as usize * area.height as usize;
-        // What a tile at the edge lacks in a strip belongs to nobody.
-        let taken = if layout.is_strip { part::PIXELS as usize } else { count };
-        let sums = SumsMut {
-            pixels: first(split_off(&mut pixels, taken), count),
-            squares: first(split_off(&mut squares, taken), count),
-            groups: first(split_off(&mut groups, taken), count),
-        };
+    let SumsMut { pixels, squares, groups } = film.sums_mut();
+    let (mut squares, mut groups) = (layout.pieces(squares), layout.pieces(groups));
+    let of_tile = |(&area, pixels): (&Crop, &'f mut [Pixel])| {
+        let (squares, groups) = (squares.next().unwrap_or_default(), groups.next().unwrap_or_default());
+        let sums = SumsMut { pixels, squares, groups };
         let done = counts.next().unwrap_or(spp);
         let unit = setup.scene.radiance_unit;
         let mut tile = Tile { area, done, sums, unit, nonfinite: Vec::new(), error: ErrorSums::default() };
@@ -133,7 +145,7 @@ pub(super) fn cut_into_tiles<'f>(setup: &Setup, film: &'f mut Film, layout: &Lay
         }
         Locked::new(tile)
     };
-    layout.areas.iter().map(of_tile).collect()
+    layout.areas.iter().zip(layout.pieces(pixels)).map(of_tile).collect()
 }
 
 /// The first `count` of `rows`, or all there are.

@@ -17,6 +17,8 @@ pub struct Progress {
     pub seconds: f64,
     /// The training render is under way: no sample of the picture is taken yet.
     pub training: bool,
+    /// All samples are taken, and the layers are gathered ([`crate::film::layers`]).
+    pub layers: bool,
     /// The picture's estimated relative error ([`crate::Film::relative_error`]) after the last whole pass; `None` before there are
     /// two samples (four with the `sobol` sampler) in every pixel, and for a black picture.
     pub relative_error: Option<f64>,

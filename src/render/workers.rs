@@ -201,6 +201,7 @@ impl Job<'_> {
             total,
             seconds,
             training: false,
+            layers: false,
             relative_error,
             unseen_error,
         }) {

@@ -16,6 +16,10 @@ pub struct SceneDesc {
     pub camera: CameraDesc,
     /// How it moves in a sequence of frames.
     pub camera_path: CameraPath,
+    /// The cameras that have names, the scene's own among them if it has one.
+    pub cameras: Vec<NamedCamera>,
+    /// What loading has made up.
+    pub made: Made,
     /// Film size in pixels (width, height).
     pub film: (u32, u32),
     /// How samples are spread about a pixel's centre.
@@ -45,6 +49,18 @@ impl SceneDesc {
         self.meshes.push(mesh);
     }
 
+    /// Sees the scene by the camera called `name`.
+    ///
+    /// # Errors
+    /// The names that there are.
+    pub fn choose_camera(&mut self, name: &str) -> Result<(), Vec<String>> {
+        let Some(chosen) = self.cameras.iter().find(|camera| camera.name == name) else {
+            return Err(self.cameras.iter().map(|camera| camera.name.clone()).collect());
+        };
+        (self.camera, self.camera_path) = (chosen.camera, chosen.path.clone());
+        Ok(())
+    }
+
     /// What surrounds the scene, if anything does.
     pub fn environment(&self) -> Option<&EnvironmentDesc> {
         self.lights.iter().find_map(|light| match light {
@@ -66,6 +82,26 @@ impl SceneDesc {
         self.lights.retain(|light| !matches!(light, LightDesc::Environment(_)));
         self.lights.extend(environment.map(LightDesc::Environment));
     }
+}
+
+/// A camera with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedCamera {
+    /// The name.
+    pub name: String,
+    /// The camera of an image by itself.
+    pub camera: CameraDesc,
+    /// How it moves in a sequence of frames.
+    pub path: CameraPath,
+}
+
+/// What loading has made up, since the file has none. Warnings say so.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Made {
+    /// The camera: it has everything in view.
+    pub camera: bool,
+    /// The light: a white environment, since nothing emits.
+    pub light: bool,
 }
 
 /// A triangle mesh in object space.

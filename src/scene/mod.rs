@@ -10,6 +10,7 @@ pub mod desc;
 pub mod fingerprint;
 pub mod flatten;
 pub mod shapes;
+pub mod studio;
 pub mod transform;
 pub mod validate;
 pub(crate) mod warnings;

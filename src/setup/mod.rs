@@ -43,6 +43,10 @@ pub struct Setup<'a> {
     pub frame: Frame,
     /// Of that, the tiles; `None`: all.
     pub shard: Option<Shard>,
+    /// Camera rays that leave the scene see nothing.
+    pub hide_environment: bool,
+    /// Layers show what is seen in mirrors and through glass.
+    pub layers_through_specular: bool,
     /// What learning came to; `None`: nothing was to be learned, or has been yet.
     pub learning: Option<Learning>,
     /// What the user should know of these settings, one sentence each.
@@ -92,6 +96,8 @@ impl<'a> Setup<'a> {
             seed: settings.seed,
             frame,
             shard: settings.shard,
+            hide_environment: settings.hide_environment,
+            layers_through_specular: settings.layers_through_specular,
             learning: None,
             warnings: camera::warnings(camera, height).into_iter().chain(unseen(scene, settings.strategy)).collect(),
         }

@@ -27,6 +27,7 @@ impl Recipe {
             ("seed", settings.seed.to_string()),
             ("max_depth", depth(settings.max_depth, "unbounded")),
             ("rr_depth", depth(settings.rr_depth, "off")),
+            ("environment", if settings.hide_environment { "hidden" } else { "seen" }.to_string()),
             ("film", format!("{width} x {height}")),
             ("crop", format!("{x},{y},{w},{h}")),
         ];

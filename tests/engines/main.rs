@@ -11,6 +11,7 @@ mod environment;
 mod general_plan;
 mod golden;
 mod guide;
+mod layers;
 mod learned;
 mod light_tree;
 mod patches;

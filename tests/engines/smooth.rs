@@ -6,7 +6,7 @@ use octray::scene::desc::{CornerDesc, EnvironmentDesc, Scattering, TriangleDesc}
 use octray::{Engine, Lights, PreparedScene, Settings, Strategy, render};
 
 /// A ball of `rings` x `2 rings` facets about the origin with the normals of a sphere.
-fn ball(maker: &mut Maker, rings: u32, radius: f64, material: u32) {
+pub fn ball(maker: &mut Maker, rings: u32, radius: f64, material: u32) {
     let first = maker.mesh.positions.len() as u32;
     let mut normals = Vec::new();
     for ring in 0..=rings {

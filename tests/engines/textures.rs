@@ -18,7 +18,7 @@ fn linear(texel: [u8; 3]) -> [f64; 3] {
 }
 
 /// A unit square in the plane z = 0 with coordinates from 0 to `repeats`, lit by white from everywhere.
-fn poster(repeats: f32, scattering: Scattering, emits: bool) -> Maker {
+pub fn poster(repeats: f32, scattering: Scattering, emits: bool) -> Maker {
     let mut maker = Maker::default();
     let used = Some(TextureUse { texture: 0, scale: [1.0; 2], offset: [0.0; 2] });
     let paper = maker.material(scattering, if emits { [1.0; 3] } else { [0.0; 3] });
@@ -86,13 +86,13 @@ fn texels_have_their_colours_and_places() {
 }
 
 /// What posters in rooms are made of.
-const PAPERS: [Scattering; 2] = [
+pub const PAPERS: [Scattering; 2] = [
     Scattering::Plastic { albedo: [0.9; 3], ior: 1.5, alpha: 0.3 },
     Scattering::Principled { base_color: [0.9; 3], metallic: 0.6, roughness: 0.5, ior: 1.5 },
 ];
 
 /// A textured lamp over a textured floor, a glossy poster beside it.
-fn room(paper: Scattering) -> PreparedScene {
+pub fn room(paper: Scattering) -> PreparedScene {
     let mut maker = poster(2.0, paper, false);
     let used = |texture| Some(TextureUse { texture, scale: [1.5, -0.7], offset: [0.1, 0.2] });
     maker.desc.textures.push(TextureDesc {

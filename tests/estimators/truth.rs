@@ -216,7 +216,7 @@ fn a_two_sided_light_shines_on_both_sides() {
                 let settings = Settings { strategy, lights, max_depth: Some(1), ..small(16, 16, 256) };
                 assert_mean(&scene, &settings, truth, 0.3, &format!("{strategy}, {lights}, plane at {y}"));
                 let small = Settings { max_depth: None, spp: 4, ..settings };
-                let scalar = render(&scene, &Settings { engine: Engine::Scalar, ..small });
+                let scalar = render(&scene, &Settings { engine: Engine::Scalar, ..small.clone() });
                 let packet = render(&scene, &small);
                 assert_eq!(common::first_difference(&packet.film, &scalar.film), None, "{strategy}, {lights}");
             }

@@ -387,7 +387,7 @@ fn bad_flags_are_one_error_before_any_work() {
     refused(&["--repeats", "0"], 2, "--repeats");
     refused(&["--region", "250,0,10,10"], 2, "--region 250,0,10,10: crop 250,0,10,10 does not lie in the film");
     refused(&["--region", "a=1,2"], 2, "4 whole numbers");
-    refused(&["--only-light", "sun"], 2, "no material of that name shines");
+    refused(&["--only-light", "sun"], 2, "nothing of that name shines");
     refused(&["--reference", &place.path("none.exr")], 2, "none.exr: cannot read it");
     let picture = place.path("a.pfm");
     assert!(

@@ -12,6 +12,8 @@ mod frames;
 mod help;
 mod hostile;
 mod images;
+mod layers;
 mod learned;
 mod lights;
 mod long;
+mod view;

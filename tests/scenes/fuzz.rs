@@ -6,6 +6,7 @@
 //! the system's temporary directory.
 
 use octray::internal::files::sealed::Checksum;
+use octray::internal::film::layers::LayerPixel;
 use octray::internal::film::{Film, checkpoint, part};
 use octray::internal::image::Image;
 use octray::report::measure::metrics;
@@ -233,9 +234,12 @@ fn own(folder: &Path, extension: &str) -> Vec<Vec<u8>> {
                     crop: [3, 2, 30, 30],
                     shard: (2, 3),
                     spp: 4,
+                    layers: vec!["depth".into()],
+                    alpha: *sampler == Sampler::Sobol,
                     grouped: *sampler == Sampler::Sobol,
                 };
-                let strip = part::strip(&about.tiles(), *sampler).unwrap();
+                let mut strip = part::strip(&about.tiles(), *sampler).unwrap();
+                strip.layers.pixels = vec![LayerPixel::default(); strip.pixels.len()];
                 part::write(&path, &about, &strip).unwrap();
             }
             _ => film.save(&path).unwrap(),

@@ -1,6 +1,7 @@
 //! The flags of `octray converge`.
 
 use crate::cli::args::{self, List, RrDepth};
+use crate::cli::view::ViewArgs;
 use crate::settings::{Crop, Engine, Guide, Lights, Sampler, Settings, Shard, Train};
 use crate::strategy::Strategy;
 use std::path::PathBuf;
@@ -12,6 +13,8 @@ pub struct ConvergeArgs {
     /// Scene files (.toml), bare .obj files, or builtin:NAME; several make one report
     #[arg(value_name = "SCENE", required = true)]
     pub scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub view: ViewArgs,
     /// Directory for report.html, converge.csv, converge.json, plots, images and the reference; made if need be
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,

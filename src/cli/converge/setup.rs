@@ -6,7 +6,7 @@ use crate::cli::args::RrDepth;
 use crate::cli::converge::flags::ConvergeArgs;
 use crate::cli::diff::explain;
 use crate::cli::progress::load;
-use crate::cli::warn;
+use crate::cli::{warn, warn_of};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::report::measure::experiment::{ALL_LIGHTS, Budget, Case, Configuration, Experiment};
@@ -22,7 +22,12 @@ use std::path::{Path, PathBuf};
 
 /// Loads the scenes and lays out what is to be run.
 pub fn experiment(args: &ConvergeArgs) -> Result<Experiment> {
-    let scenes: Vec<Scene> = args.scenes.iter().map(|path| load(path, args.quiet)).collect::<Result<_>>()?;
+    let seen = |path: &PathBuf| {
+        let mut scene = load(path, args.quiet)?;
+        args.view.apply(&mut scene.desc)?;
+        Ok(scene)
+    };
+    let scenes: Vec<Scene> = args.scenes.iter().map(seen).collect::<Result<_>>()?;
     let names = scene_names(&args.scenes);
     let of_scenes = shared_settings(&scenes);
     let settings = Settings {
@@ -246,7 +251,7 @@ fn reference_from_file(path: &Path, experiment: &Experiment) -> Result<Reference
 /// An image of the whole film that `flag` names.
 pub fn whole_image(path: &Path, flag: &str, experiment: &Experiment) -> Result<Image> {
     let image = Image::read(path)?;
-    image.warnings.iter().for_each(|warning| warn(&format!("{flag} {}: {warning}", path.display())));
+    warn_of(&format!("{flag} {}", path.display()), &image);
     let (width, height) = experiment.film();
     if (image.width, image.height) != (width, height) {
         return Err(Error::Usage(format!(

@@ -10,6 +10,7 @@ use crate::cli::args::{EstimatorArgs, FilmArgs};
 use crate::cli::examples;
 use crate::cli::output::{JsonArgs, columns};
 use crate::cli::progress::load;
+use crate::cli::view::ViewArgs;
 use crate::cli::{prepare, warn};
 use crate::error::{Error, Result};
 use crate::packet;
@@ -50,6 +51,8 @@ pub struct TraceArgs {
     estimator: EstimatorArgs,
     #[command(flatten)]
     film: FilmArgs,
+    #[command(flatten)]
+    view: ViewArgs,
     #[command(flatten)]
     json: JsonArgs,
 }
@@ -98,11 +101,12 @@ impl Traced<'_> {
 /// Runs the command; the exit status: 1 if the engines disagree.
 pub fn run(args: &TraceArgs) -> Result<u8> {
     args.json.check()?;
-    let (mut settings, scene) = match args.scene.to_str().and_then(|path| path.strip_prefix(scenes::PREFIX)) {
+    let (mut settings, mut scene) = match args.scene.to_str().and_then(|path| path.strip_prefix(scenes::PREFIX)) {
         // As `check` renders them.
         Some(name) => scenes::load(name).map(|scene| (scene.settings().without_learning(), scene))?,
         None => load(&args.scene, false).map(|scene| (scene.settings(), scene))?,
     };
+    args.view.apply(&mut scene.desc)?;
     scene.desc.warnings.iter().for_each(|warning| warn(warning));
     args.estimator.apply(&mut settings);
     args.film.apply(&mut settings);

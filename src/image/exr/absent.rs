@@ -6,7 +6,7 @@ use crate::image::{Image, NO_EXR};
 use std::io;
 
 /// Writes nothing.
-pub(in super::super) fn write(_: &Header, _: Pixels, _: bool, _: &mut dyn Sink) -> io::Result<()> {
+pub(in super::super) fn write(_: &Header, _: Pixels, _: &mut dyn Sink) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::Unsupported, NO_EXR))
 }
 

@@ -1,7 +1,7 @@
 //! OpenEXR files of others, read: which of their layers is the picture, what its channels and its numbers mean.
 
 use crate::files::memory::{self, amount};
-use crate::image::exr::write::VARIANCE;
+use crate::image::exr::VARIANCE;
 use crate::image::primaries::{convert, to_rec709};
 use crate::image::{Bounds, Image, Windows};
 use ::exr::meta::MetaData;
@@ -32,10 +32,15 @@ pub(in super::super) fn read(bytes: &[u8]) -> std::result::Result<Image, String>
     };
     let fills = windows.display == Bounds { x, y, width, height };
     let mut pixels = planes(part, found.channels);
+    let mut variance = three(part, VARIANCE).map(|channels| planes(part, channels));
     if let Some(of) = file.attributes.chromaticities {
         let of = [of.red, of.green, of.blue, of.white].map(|Vec2(x, y)| [f64::from(x), f64::from(y)]);
         match to_rec709(of) {
-            Ok(Some(matrix)) => convert(&matrix, &mut pixels),
+            Ok(Some(matrix)) => {
+                convert(&matrix, &mut pixels);
+                // That of a mixture of channels depends on how they go together, which no file says.
+                variance = None;
+            }
             Ok(None) => {}
             Err(why) => warnings.push(format!("the attribute `chromaticities` has no effect: {why}")),
         }
@@ -46,7 +51,7 @@ pub(in super::super) fn read(bytes: &[u8]) -> std::result::Result<Image, String>
         width,
         height,
         pixels,
-        variance: three(part, VARIANCE).map(|channels| planes(part, channels)),
+        variance,
         metadata: comments.lines().filter_map(setting).collect(),
         windows: (!fills).then_some(windows),
         is_cube: part.attributes.environment_map == Some(EnvironmentMap::Cube),
@@ -77,20 +82,30 @@ fn picture(file: &AnyImage, warnings: &mut Vec<String>) -> std::result::Result<F
     let mut found = Vec::new();
     for (part, layer) in file.layer_data.iter().enumerate() {
         let name = layer.attributes.layer_name.as_ref().map(words).unwrap_or_default();
-        for (prefix, channels) in colours(layer) {
+        let mut of_part = colours(layer);
+        // A part's own channels go before its layers, whatever those are called: what the part is called counts among parts.
+        if of_part.iter().any(|(prefix, _)| prefix.is_empty()) {
+            of_part.retain(|(prefix, _)| prefix.is_empty());
+        }
+        for (prefix, channels) in of_part {
             let full =
                 [name.as_str(), &prefix].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".");
             found.push(Found { part, layer: full, channels });
         }
     }
     let rank = |found: &Found| {
-        let last = found.layer.rsplit('.').next().unwrap_or_default().to_lowercase();
+        let last = split(&found.layer).1.to_lowercase();
         match last.is_empty() {
             true => 0,
             false => 1 + MAIN_LAYERS.iter().position(|main| **main == last).unwrap_or(MAIN_LAYERS.len()),
         }
     };
-    let is_sure = |found: &Found| rank(found) <= 1;
+    // Known by its name; of several that are called alike, the first is a guess.
+    let ranks: Vec<usize> = found.iter().map(rank).collect();
+    let is_sure = |found: &Found| {
+        let rank = rank(found);
+        rank <= MAIN_LAYERS.len() && ranks.iter().filter(|other| **other == rank).count() == 1
+    };
     let names: Vec<String> = found.iter().map(|found| found.layer.clone()).collect();
     // The first of the least.
     let best = found.into_iter().min_by_key(rank);
@@ -152,8 +167,8 @@ fn split(name: &str) -> (String, String) {
 const MOST_EXPANSION: u64 = 1100;
 /// Bytes that a file has for every block of pixels, at least: its place in the table of offsets, its own place and length.
 const LEAST_BLOCK: u64 = 16;
-/// Bytes that a pixel takes beside its samples while an image is made of them: six planes and two lists of three f32.
-const DECODING: u64 = 6 * 4 + 2 * 12;
+/// Bytes that a pixel takes beside its samples while an image is made of them: three f32 of radiance and three of variance.
+const DECODING: u64 = 2 * 12;
 
 /// Refuses what the file's own length belies, before the crate that decodes it takes the header at its word; and what there is no
 /// memory for.

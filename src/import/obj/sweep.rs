@@ -2,7 +2,7 @@
 //! (de Berg et al., *Computational Geometry*, chapter 3).
 //!
 //! What of the polygon the line cuts is a row of spans, each between an edge on its left and one on its right. Above the line a
-//! span has a monotone piece of polygon that is not cut to the end yet ([`Piece`]). Where a span splits or two become one, a
+//! span has a monotone piece of polygon that is not cut to the end yet (`Piece`). Where a span splits or two become one, a
 //! diagonal to the vertex before divides the pieces, so that they stay monotone.
 
 use crate::import::obj::point_tree::turn;

@@ -21,8 +21,8 @@ pub const DEFAULT_FILM: (u32, u32) = (512, 512);
 /// What a TOML scene file says.
 #[derive(Clone, Debug)]
 pub struct SceneFile {
-    /// The camera, if there is one, and how it moves.
-    pub camera: Option<(CameraDesc, CameraPath)>,
+    /// The cameras, each with its name, if it has one, and how it moves; the first is the scene's own.
+    pub cameras: Vec<(Option<String>, CameraDesc, CameraPath)>,
     /// Film size in pixels.
     pub film: (u32, u32),
     /// The pixel filter.
@@ -171,7 +171,7 @@ pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
     let film = section("film")?.map(|t| parse_film(&t)).transpose()?;
     let (film, filter) = film.unwrap_or((DEFAULT_FILM, PixelFilter::Box));
     Ok(SceneFile {
-        camera: section("camera")?.map(|t| parse_camera(&t)).transpose()?,
+        cameras: parse_cameras(&root)?,
         film,
         filter,
         render: section("render")?.map(|t| parse_render(&t)).transpose()?.unwrap_or_default(),
@@ -182,13 +182,38 @@ pub fn parse_scene(path: &Path, text: &str) -> Result<SceneFile> {
     })
 }
 
+/// `[camera]`, or any number of `[[camera]]`, which then need names.
+fn parse_cameras(root: &Table<'_>) -> Result<Vec<(Option<String>, CameraDesc, CameraPath)>> {
+    let Some(value) = root.entries.get("camera") else { return Ok(Vec::new()) };
+    let tables = match value.get_ref().as_array() {
+        Some(_) => {
+            root.tables("camera", "a camera is written [camera], or with double brackets if there are several")?
+        }
+        None => vec![root.document.table("[camera]".to_owned(), value)?],
+    };
+    let mut cameras: Vec<(Option<String>, CameraDesc, CameraPath)> = Vec::with_capacity(tables.len());
+    for table in &tables {
+        let name = table.string("name")?.map(str::to_owned);
+        if name.is_none() && tables.len() > 1 {
+            return Err(table.error("`name` is missing: of several cameras each needs one, for --camera NAME"));
+        }
+        if let Some(name) = name.as_ref().filter(|name| cameras.iter().any(|(other, ..)| other.as_ref() == Some(name)))
+        {
+            return Err(table.error_at("name", format!("two cameras are called `{name}`")));
+        }
+        let (camera, path) = parse_camera(table, &["name"])?;
+        cameras.push((name, camera, path));
+    }
+    Ok(cameras)
+}
+
 /// Reads the text of a camera path: what stands in `[camera]` of a scene file, its keys as `[[key]]`.
 pub fn parse_camera_path(path: &Path, text: &str) -> Result<(CameraDesc, CameraPath)> {
     let lines = Lines::of(text);
     let document = Document { path, lines: &lines };
     let root = DeTable::parse(text).map_err(|e| document.syntax_error(&e))?;
     let root = Table { document, name: "the camera path".into(), span: 0..0, entries: root.get_ref() };
-    let (camera, path) = parse_camera(&root)?;
+    let (camera, path) = parse_camera(&root, &[])?;
     match path.keys().is_empty() {
         true => Err(root.error("no keys: write [[key]] with `time`, `position` and `look_at`, one for each moment")),
         false => Ok((camera, path)),
@@ -199,9 +224,9 @@ pub fn parse_camera_path(path: &Path, text: &str) -> Result<(CameraDesc, CameraP
 const CAMERA_KEYS: [&str; 6] = ["position", "look_at", "up", "vertical_fov", "aperture_radius", "focus_distance"];
 
 /// A camera and how it moves. Keys say what differs from the table they stand in; a table with keys may leave to them where
-/// the camera is, and then is the first of them by itself.
-fn parse_camera(table: &Table<'_>) -> Result<(CameraDesc, CameraPath)> {
-    table.check_keys(&[&CAMERA_KEYS[..], &["key"]].concat(), &[])?;
+/// the camera is, and then is the first of them by itself. `more`: keys that may stand in the table besides.
+fn parse_camera(table: &Table<'_>, more: &[&str]) -> Result<(CameraDesc, CameraPath)> {
+    table.check_keys(&[&CAMERA_KEYS[..], &["key"], more].concat(), &[])?;
     let mut keys = Vec::new();
     for entry in table.tables("key", "a key is written with double brackets, one for each moment")? {
         entry.check_keys(&[&CAMERA_KEYS[..], &["time"]].concat(), &[])?;

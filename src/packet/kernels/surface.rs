@@ -32,6 +32,7 @@ const INSET: f64 = 32.0 / 16_777_216.0;
 pub const LEAST_FACING: f32 = 0.01;
 
 /// Eight points on surfaces.
+#[derive(Clone)]
 pub struct SurfacePoints {
     /// The hits, from barycentric weights; on smooth surfaces lifted onto them.
     pub position: Vec3x8,

@@ -11,6 +11,7 @@ use crate::tables::lights::table::EnvironmentLight;
 use crate::tables::materials::MaterialKind;
 use here::kernels::bsdf::diffuse::Diffuse;
 use here::kernels::bsdf::{Bsdf, ForKind, Specular, of_kind};
+use here::kernels::stages::gather_layers::gather_layers;
 use here::kernels::stages::generate_camera_rays::generate_camera_rays;
 use here::kernels::stages::intersect::{intersect_closest, intersect_shadow};
 use here::kernels::stages::shade_emitter::shade_emitter;
@@ -31,8 +32,8 @@ macro_rules! stage {
     };
 }
 
-/// What makes the rays of the first round, and the stages of a round, in order.
-pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, Vec<(Stage, StageFn)>) {
+/// What makes the rays of the first round; the stages of a round of a pass for layers, and those of a round, in order.
+pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, [StageFn; 2], Vec<(Stage, StageFn)>) {
     let needs = &decisions.needs;
     let closest: StageFn = match needs.alpha_masks {
         true => stage!(intersect_closest::<true>),
@@ -66,7 +67,8 @@ pub fn stages(setup: &Setup, decisions: &Decisions) -> (StageFn, Vec<(Stage, Sta
         };
         round.push((Stage::IntersectShadow, variant));
     }
-    (camera_variant(setup, decisions), round)
+    let layers: StageFn = if decisions.detail { stage!(gather_layers::<true>) } else { stage!(gather_layers::<false>) };
+    (camera_variant(setup, decisions), [closest, layers], round)
 }
 
 /// The variant for this camera.

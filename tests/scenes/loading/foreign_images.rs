@@ -200,7 +200,18 @@ fn exr_layers_are_found_by_their_names() {
     let other: Vec<(&str, Vec<f32>)> = ["a.B", "a.G", "a.R"].map(|name| (name, vec![9.0; 2])).to_vec();
     // The file's own colours, and a layer that is called so, come before others.
     assert_eq!(with(&other, ["B", "G", "R"]), (2, wanted.clone(), vec![]));
-    assert_eq!(with(&other, ["x.beauty.B", "x.beauty.G", "x.beauty.R"]).1, wanted);
+    assert_eq!(with(&other, ["x.beauty.B", "x.beauty.G", "x.beauty.R"]), (2, wanted.clone(), vec![]));
+    // Of two that are called so, the first is a guess.
+    let beauty: Vec<(&str, Vec<f32>)> =
+        ["l.beauty.B", "l.beauty.G", "l.beauty.R"].map(|name| (name, vec![9.0; 2])).to_vec();
+    let (_, texels, warnings) = with(&beauty, ["r.beauty.B", "r.beauty.G", "r.beauty.R"]);
+    assert!(texels == [[9.0; 3]; 2] && warnings[0].contains("`l.beauty`, `r.beauty`"), "{warnings:?}");
+    // A part's own colours come before its layers, whatever part and layers are called.
+    let mut channels =
+        [rgb(["B", "G", "R"]), ["color.B", "color.G", "color.R"].map(|name| (name, vec![9.0; 2])).to_vec()].concat();
+    channels.sort_by_key(|(name, _)| name.to_string());
+    let named = [("name", "string", b"first pass".to_vec())];
+    assert_eq!(map("a.exr", &exr(TWO, TWO, &channels, &named)), (2, wanted.clone(), vec![]));
     // Where nothing tells, it is said which one is read.
     let (_, texels, warnings) = with(&other, ["z.B", "z.G", "z.R"]);
     assert!(texels == [[9.0; 3]; 2] && warnings[0].contains("`a`, `z`"), "{warnings:?}");
@@ -224,6 +235,15 @@ fn exr_attributes_are_heeded() {
     let (_, texels, warnings) = map("a.exr", &exr(one, one, &red, &[chromaticities(rec2020)]));
     assert!((texels[0][0] - 1.6605).abs() < 1e-3 && texels[0][1] == 0.0, "{texels:?}");
     assert!(warnings.iter().any(|warning| warning.contains("negative")), "{warnings:?}");
+    // What colours are mixed of has variances, their mixture has none that is known.
+    let variances = ["variance.B", "variance.G", "variance.R"].map(|name| (name, vec![0.25]));
+    let with_variance = |attributes: &[(&str, &str, Vec<u8>)]| {
+        let folder = Folder::new(&[]);
+        folder.write("a.exr", &exr(one, one, &[&red[..], &variances].concat(), attributes));
+        octray::internal::image::Image::read(folder.path("a.exr")).unwrap().variance
+    };
+    assert_eq!(with_variance(&[]), Some(vec![[0.25; 3]]));
+    assert_eq!(with_variance(&[chromaticities(rec2020)]), None);
     let (_, texels, warnings) = map("a.exr", &exr(one, one, &red, &[chromaticities([0.0; 8])]));
     assert!(texels == [[1.0, 0.0, 0.0]] && warnings[0].contains("chromaticities"), "{warnings:?}");
     // The six faces of a cube are no map of ours; latitude-longitude is.

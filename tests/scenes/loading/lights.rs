@@ -172,7 +172,8 @@ fn what_is_wrong_with_a_light_is_said_at_its_line() {
     fails(&format!("{ball}radius = -1\nradiance = [1, 1, 1]"), &["scene.toml:9:", "`radius` is -1"]);
     fails(&format!("{ball}radius = 1e-30\nradiance = [1, 1, 1]"), &["scene.toml:6:", "too small", "point light"]);
     fails(&format!("{ball}radius = 1e-14\npower = [1e9, 1, 1]"), &["scene.toml:10:", "`power`"]);
-    let single = load_toml("light = 3").unwrap_err();
+    let folder = Folder::new(&[("mesh.obj", TRIANGLE), ("scene.toml", "light = 3\n[[mesh]]\nobj = 'mesh.obj'")]);
+    let single = folder.load("scene.toml").unwrap_err();
     assert!(single.contains("[[light]], with double brackets"), "{single}");
     let far = load_toml("[[light]]\nkind = 'point'\nposition = [0, 2e12, 0]\nintensity = [1, 1, 1]").unwrap();
     let message = octray::PreparedScene::new(&far).err().unwrap().to_string();

@@ -10,7 +10,8 @@ use here::kernels::surface::SurfacePoints;
 use here::lanes::{F32x8, Mask8, U32x8, Vec3x8};
 
 /// What arrives from the lights that were chosen, of which some may be emitters. Not inlined, so that scenes without delta lights
-/// keep their registers.
+/// keep their registers; called cold, they keep them in the right places, too.
+#[cold]
 #[inline(never)]
 pub fn sample_any(lights: &LightTable, points: &SurfacePoints, choice: &Choice, u: [F32x8; 2]) -> LightSamples {
     here::run(

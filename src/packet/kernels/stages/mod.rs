@@ -2,6 +2,7 @@
 
 use super::here;
 
+pub mod gather_layers;
 pub mod generate_camera_rays;
 pub mod intersect;
 mod shade_common;

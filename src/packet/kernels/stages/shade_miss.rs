@@ -13,10 +13,14 @@ use here::kernels::stages::shade_emitter::emission_weight;
 use here::kernels::warp::cosine_hemisphere_pdf_dir;
 use here::lanes::{F32x8, LANES, U32x8, Vec3x8};
 
-/// Adds the environment's radiance to every path that hit nothing; `MAP`: it depends on direction.
+/// Adds the environment's radiance to every path that hit nothing, but for camera rays that are not to see it; `MAP`: it depends
+/// on direction.
 #[inline(always)]
 pub fn shade_miss<const MAP: bool>(context: &StageContext, state: &mut TileState, _: &mut Counters) {
     let StageContext { setup, decisions, .. } = context;
+    if setup.hide_environment && context.depth == 0 {
+        return;
+    }
     let constant = match setup.lights.environment {
         Some(EnvironmentLight::Constant(radiance)) => radiance,
         _ => [0.0; 3],

@@ -26,7 +26,7 @@ pub fn sort_hits(context: &StageContext, state: &mut TileState, _: &mut Counters
         let hit = active.and_not(missed);
         let class = match decisions.only_class {
             Some(class) => U32x8::splat(class as u32),
-            None => look_up(&setup.scene.classes, triangle),
+            None => look_up_classes(&setup.scene.classes, triangle),
         };
         append_index(misses, decisions.needs.misses, first, active & missed);
         let emits = (class & U32x8::splat(CLASS_EMITS as u32)).eq(U32x8::splat(CLASS_EMITS as u32));
@@ -41,7 +41,7 @@ pub fn sort_hits(context: &StageContext, state: &mut TileState, _: &mut Counters
 
 /// The classes of eight triangles; misses get class 0.
 #[inline(always)]
-fn look_up(classes: &[u8], triangle: U32x8) -> U32x8 {
+pub(super) fn look_up_classes(classes: &[u8], triangle: U32x8) -> U32x8 {
     U32x8::from_array(triangle.to_array().map(|id| classes.get(id as usize).copied().unwrap_or(0) as u32))
 }
 
