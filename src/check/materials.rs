@@ -18,6 +18,7 @@ pub const CHECKS: &[Check] = &[
     Check { group: "materials", what: "conductor_energy", run: conductor_energy },
     Check { group: "materials", what: "plastic_energy", run: plastic_energy },
     Check { group: "materials", what: "plastic_samples", run: plastic_samples },
+    Check { group: "materials", what: "principled_samples", run: principled_samples },
     Check { group: "materials", what: "samples_and_densities", run: samples_and_densities },
     Check { group: "materials", what: "grazing_is_finite", run: grazing_is_finite },
     Check { group: "materials", what: "fresnel_range", run: fresnel_range },
@@ -63,31 +64,39 @@ fn conductor_energy(effort: &Effort) -> Result<Outcome> {
         .note(note))
 }
 
-/// What a plastic of index `ior` and width `alpha` with a white base reflects of light from a direction with this cosine, by
-/// quadrature in f64: the coat over `steps` x `steps` points of its visible normals, the base over its cosines. The scale of
-/// the base is the renderer's own.
-fn plastic_albedo(ior: f64, alpha: f64, base: f64, cosine: f64, steps: u32) -> f64 {
+/// What facets of width `alpha` reflect of light from a direction with this cosine, by quadrature in f64 over `steps` x `steps`
+/// points of their visible normals. `fresnel`: what each reflects at a cosine.
+fn facets_albedo(alpha: f64, cosine: f64, steps: u32, fresnel: impl Fn(f64) -> f64) -> f64 {
     let wo = at(cosine);
-    let fresnel = |cosine: f64| exact::fresnel_dielectric(cosine, ior).0;
     let o = exact::smith_a(alpha, wo) / wo.z;
-    let (mut coat, mut through) = (0.0, 0.0);
-    for i in 0..steps {
-        // Gauss's points of two a cell: other ones than the midpoints by which the scale was found.
-        let points = [-1.0, 1.0].map(|side: f64| (f64::from(i) + 0.5 + side / 12f64.sqrt()) / f64::from(steps));
-        for u in points {
-            for j in 0..steps {
-                let normal = exact::sample_visible_normal(alpha, wo, [u, (f64::from(j) + 0.25) / f64::from(steps)]);
-                let wi = exact::reflect_about(wo, normal);
-                if wi.z > 0.0 {
-                    let i = exact::smith_a(alpha, wi) / wi.z;
-                    coat += fresnel(wo.dot(normal)) * (1.0 + o) / (o + i);
-                }
+    let mut sum = 0.0;
+    for u in points(steps) {
+        for j in 0..steps {
+            let normal = exact::sample_visible_normal(alpha, wo, [u, (f64::from(j) + 0.25) / f64::from(steps)]);
+            let wi = exact::reflect_about(wo, normal);
+            if wi.z > 0.0 {
+                let i = exact::smith_a(alpha, wi) / wi.z;
+                sum += fresnel(wo.dot(normal)) * (1.0 + o) / (o + i);
             }
-            through += (1.0 - fresnel(u)) * 2.0 * u;
         }
     }
-    let count = 2.0 * f64::from(steps);
-    coat / (count * f64::from(steps)) + base * (1.0 - fresnel(cosine)) * through / count
+    sum / (2.0 * f64::from(steps) * f64::from(steps))
+}
+
+/// Gauss's points of two a cell: other ones than the midpoints by which the scale of bases was found.
+fn points(steps: u32) -> impl Iterator<Item = f64> {
+    let pair = move |i| [-1.0, 1.0].map(|side: f64| (f64::from(i) + 0.5 + side / 12f64.sqrt()) / f64::from(steps));
+    (0..steps).flat_map(pair)
+}
+
+/// What a plastic of index `ior` and width `alpha` with a white base reflects of light from a direction with this cosine, by
+/// quadrature in f64: the coat over its visible normals, the base over its cosines. The scale of the base is the renderer's
+/// own.
+fn plastic_albedo(ior: f64, alpha: f64, base: f64, cosine: f64, steps: u32) -> f64 {
+    let fresnel = |cosine: f64| exact::fresnel_dielectric(cosine, ior).0;
+    let through: f64 = points(steps).map(|u| (1.0 - fresnel(u)) * 2.0 * u).sum();
+    let coat = facets_albedo(alpha, cosine, steps, fresnel);
+    coat + base * (1.0 - fresnel(cosine)) * through / (2.0 * f64::from(steps))
 }
 
 fn white_plastic(ior: f64, alpha: f64) -> MaterialRecord {
@@ -129,16 +138,8 @@ fn plastic_samples(effort: &Effort) -> Result<Outcome> {
         for degrees in [0.0f64, 45.0, 75.0, 85.0] {
             let cosine = degrees.to_radians().cos();
             let truth = plastic_albedo(ior, alpha, f64::from(material.color[0]), cosine, 100);
-            let incoming = -at(cosine).as_vec3();
-            let weights: Vec<f64> = (0..count)
-                .map(|_| {
-                    let u = [numbers.unit(), numbers.unit()];
-                    let drawn = sample(&material, Vec3::Z, incoming, true, u, numbers.unit());
-                    drawn.map_or(0.0, |drawn| f64::from(drawn.weight.x))
-                })
-                .collect();
+            let estimate = mean_weight(&material, cosine, count, &mut numbers);
             cases += count;
-            let estimate = Estimate::of_values(&weights);
             let sigmas = estimate.sigmas(truth, 1e-3);
             if worse(sigmas, worst) {
                 worst = sigmas;
@@ -148,6 +149,50 @@ fn plastic_samples(effort: &Effort) -> Result<Outcome> {
     }
     Ok(Outcome::at_most(worst, SIGMAS)
         .tried(cases, "samples of white plastics, mean weight against quadrature, in standard errors")
+        .note(note))
+}
+
+/// The mean weight of `count` samples seen at this cosine.
+fn mean_weight(material: &MaterialRecord, cosine: f64, count: u64, numbers: &mut Numbers) -> Estimate {
+    let incoming = -at(cosine).as_vec3();
+    let mut weight = |_| {
+        let u = [numbers.unit(), numbers.unit()];
+        let drawn = sample(material, Vec3::Z, incoming, true, u, numbers.unit());
+        drawn.map_or(0.0, |drawn| f64::from(drawn.weight.x))
+    };
+    Estimate::of_values(&(0..count).map(&mut weight).collect::<Vec<f64>>())
+}
+
+/// The mean weight of a principled material's samples is the mean, by `metallic`, of the albedos of a plastic and a metal.
+fn principled_samples(effort: &Effort) -> Result<Outcome> {
+    let count = effort.cases(40_000);
+    let mut numbers = Numbers::new(8);
+    let (mut worst, mut note, mut cases) = (0.0, String::new(), 0);
+    for (color, metallic, roughness, ior) in
+        [(0.8, 0.0, 0.3, 1.5), (1.0, 0.4, 0.7, 1.5), (0.2, 0.7, 1.0, 2.5), (0.0, 0.5, 0.5, 1.0), (0.6, 1.0, 0.4, 1.5)]
+    {
+        let alpha = f64::from((roughness * roughness) as f32);
+        let material = record(Scattering::Principled { base_color: [color; 3], metallic, roughness, ior });
+        let base = color * f64::from(white_plastic(ior, alpha).color[0]);
+        for degrees in [0.0f64, 45.0, 75.0, 85.0] {
+            let cosine = degrees.to_radians().cos();
+            let schlick = |cosine: f64| color + (1.0 - color) * (1.0 - cosine).powi(5);
+            let metal = facets_albedo(alpha, cosine, 100, schlick);
+            let truth = metallic * metal + (1.0 - metallic) * plastic_albedo(ior, alpha, base, cosine, 100);
+            let estimate = mean_weight(&material, cosine, count, &mut numbers);
+            cases += count;
+            let sigmas = estimate.sigmas(truth, 1e-3);
+            if worse(sigmas, worst) {
+                worst = sigmas;
+                note = format!(
+                    "metallic {metallic}, roughness {roughness}, {degrees} degrees: {:.5} for {truth:.5}",
+                    estimate.mean
+                );
+            }
+        }
+    }
+    Ok(Outcome::at_most(worst, SIGMAS)
+        .tried(cases, "samples of principled materials, mean weight against quadrature, in standard errors")
         .note(note))
 }
 
@@ -166,9 +211,10 @@ fn samples_and_densities(effort: &Effort) -> Result<Outcome> {
             record(Scattering::Diffuse { albedo: [0.7; 3] }),
             record(Scattering::Conductor { alpha, reflectance: [0.9; 3], complex_ior: None }),
             record(Scattering::Plastic { albedo: [0.5; 3], ior: 1.5, alpha }),
+            record(Scattering::Principled { base_color: [0.7; 3], metallic: 0.5, roughness: alpha.sqrt(), ior: 1.5 }),
         ];
         for _ in 0..cases / u64::from(ALPHAS) {
-            let material = &materials[numbers.below(3) as usize];
+            let material = &materials[numbers.below(4) as usize];
             let n = numbers.direction().as_vec3();
             let n = n * (1.0 / n.length());
             let incoming = numbers.direction().as_vec3();
@@ -210,9 +256,11 @@ fn grazing_is_finite(effort: &Effort) -> Result<Outcome> {
             record(Scattering::Conductor { alpha, reflectance: [1.0; 3], complex_ior: metal }),
             record(Scattering::Dielectric { ior, transmittance: [1.0; 3] }),
             record(Scattering::Plastic { albedo: [1.0; 3], ior, alpha }),
+            record(Scattering::Principled { base_color: [0.0, 0.5, 1.0], metallic: 0.5, roughness: alpha.sqrt(), ior }),
+            record(Scattering::Principled { base_color: [0.0; 3], metallic: 1.0, roughness: alpha.sqrt(), ior }),
         ];
         for _ in 0..cases / u64::from(ALPHAS) {
-            let material = &materials[numbers.below(4) as usize];
+            let material = &materials[numbers.below(6) as usize];
             let cosine = numbers.magnitude(-8.0, 0.0);
             let incoming = -at(cosine).as_vec3();
             let u = [numbers.unit(), numbers.unit()];
@@ -388,7 +436,7 @@ fn plates_under_a_sky(effort: &Effort) -> Result<Outcome> {
 pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
     use crate::fault::Fault::*;
     &[
-        (LostMasking, &["materials/conductor_energy", "materials/plastic_samples"]),
+        (LostMasking, &["materials/conductor_energy", "materials/plastic_samples", "materials/principled_samples"]),
         (NoNumberAtGrazing, &["materials/grazing_is_finite"]),
         (BrightBase, &["materials/plastic_energy"]),
         (BrightCoat, &["materials/fresnel_range", "materials/plates_under_a_sky"]),

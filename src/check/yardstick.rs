@@ -37,6 +37,8 @@ pub const CHECKS: &[Check] = &[
     Check { group: "yardstick", what: "conductor_density", run: |effort| glossy(effort, &METAL, true) },
     Check { group: "yardstick", what: "plastic_value", run: |effort| glossy(effort, &COAT, false) },
     Check { group: "yardstick", what: "plastic_density", run: |effort| glossy(effort, &COAT, true) },
+    Check { group: "yardstick", what: "principled_value", run: |effort| glossy(effort, &MIXED, false) },
+    Check { group: "yardstick", what: "principled_density", run: |effort| glossy(effort, &MIXED, true) },
     Check { group: "yardstick", what: "visible_normals", run: visible_normals },
     Check { group: "yardstick", what: "balance_weight", run: |effort| weights(effort, false) },
     Check { group: "yardstick", what: "power_weight", run: |effort| weights(effort, true) },
@@ -292,6 +294,10 @@ struct Glossy {
 
 const METAL: Glossy =
     Glossy { make: |alpha| Scattering::Conductor { alpha, reflectance: [0.9; 3], complex_ior: None }, bound: 4.0 };
+const MIXED: Glossy = Glossy {
+    make: |alpha| Scattering::Principled { base_color: [0.5; 3], metallic: 0.5, roughness: alpha.sqrt(), ior: 1.5 },
+    bound: 4.0,
+};
 const COAT: Glossy = Glossy { make: |alpha| Scattering::Plastic { albedo: [0.5; 3], ior: 1.5, alpha }, bound: 3.0 };
 
 /// Value or density of a glossy material towards directions of its lobe, widths 1e-4 to 1. A direction in f32 is half an ulp
@@ -625,6 +631,8 @@ pub const FAULTS: &[(crate::fault::Fault, &[&str])] = {
                 "yardstick/conductor_density",
                 "yardstick/plastic_value",
                 "yardstick/plastic_density",
+                "yardstick/principled_value",
+                "yardstick/principled_density",
                 "yardstick/visible_normals",
                 "yardstick/spherical_triangle",
                 "yardstick/spherical_triangle_points",

@@ -6,7 +6,7 @@
 //!
 //! | channels | what they hold |
 //! | --- | --- |
-//! | `Albedo.{R,G,B}` | the colours of surfaces, in [0, 1]: the albedo of diffuse ones, texture included; the reflectance of mirrors and, at normal incidence, of metals; 1 for glass; coat and base of plastics together, at normal incidence. Emission does not count |
+//! | `Albedo.{R,G,B}` | the colours of surfaces, in [0, 1]: the albedo of diffuse ones, texture included; the reflectance of mirrors and, at normal incidence, of metals; 1 for glass; coat, base and metal of plastic and principled surfaces together, at normal incidence. Emission does not count |
 //! | `N.{X,Y,Z}` | unit geometric normals in world space, on the side the ray came from |
 //! | `Ns.{X,Y,Z}` | unit normals to shade with, less than 90 degrees from those |
 //! | `Z` | the distance of first hits along the camera's axis, scene units, over the rays that hit something; [`NOTHING`] where none does |

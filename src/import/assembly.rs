@@ -325,6 +325,9 @@ fn resolve(scene: &Path, material: &MtlMaterial, entry: Option<&MaterialEntry>) 
             ("alpha", entry.alpha.is_some()),
             ("eta", entry.complex_ior.is_some()),
             ("ior", entry.ior.is_some()),
+            ("base_color", entry.base_color.is_some()),
+            ("metallic", entry.metallic.is_some()),
+            ("roughness", entry.roughness.is_some()),
             ("transmittance", entry.transmittance.is_some()),
         ];
         if let Some((key, _)) = named.iter().find(|(key, named)| *named && !kind.has(key)) {

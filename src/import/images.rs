@@ -21,27 +21,28 @@ impl Assembly<'_> {
         let name = &resolved.name;
         let textured = match &mut resolved.scattering {
             Scattering::Diffuse { albedo } | Scattering::Plastic { albedo, .. } => Some(albedo),
+            Scattering::Principled { base_color, .. } => Some(base_color),
             _ => None,
         };
-        let has_albedo = textured.is_some();
+        let has_color = textured.is_some();
+        // A kind has one of them.
+        let named_color = entry.and_then(|e| e.albedo.or(e.base_color));
         if let Some((file, line)) = entry.and_then(|e| e.texture.as_ref()) {
             let fault = |why: String| Error::parse(self.path, Some(*line), format!("[material.{name}]: {why}"));
-            let Some(albedo) = textured else {
-                return Err(fault("only diffuse and plastic have a `texture`: add a `kind`".into()));
+            let Some(color) = textured else {
+                return Err(fault("only diffuse, plastic and principled have a `texture`: add a `kind`".into()));
             };
             let path = self.path.with_file_name("").join(file);
             let texture = self.texture(&path).map_err(|why| fault(format!("texture `{file}`: {why}")))?;
             // The picture alone, unless the entry itself says by what to multiply it.
-            *albedo = entry.and_then(|e| e.albedo).unwrap_or([1.0; 3]);
+            *color = named_color.unwrap_or([1.0; 3]);
             resolved.texture = Some(TextureUse { texture, scale: [1.0; 2], offset: [0.0; 2] });
-        } else if let (Some(reference), Some(albedo), None) =
-            (&material.texture, textured, entry.and_then(|e| e.albedo))
-        {
+        } else if let (Some(reference), Some(color), None) = (&material.texture, textured, named_color) {
             resolved.texture = self.mtl_texture(name, reference);
             if resolved.texture.is_none() && reference.alone {
-                *albedo = GREY;
+                *color = GREY;
             }
-        } else if let (Some(reference), false, None) = (&material.texture, has_albedo, entry.and_then(|e| e.kind)) {
+        } else if let (Some(reference), false, None) = (&material.texture, has_color, entry.and_then(|e| e.kind)) {
             // Not where the scene file has chosen the kind: there nobody expects it.
             let file = reference.path.display();
             let kind = match resolved.scattering {

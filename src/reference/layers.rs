@@ -70,17 +70,25 @@ pub fn find_first_hit(setup: &Setup, (x, y): (u32, u32), sample: u32) -> FirstHi
 /// angle.
 fn albedo(material: &MaterialRecord) -> Vec3 {
     let color = vec3(material.color);
+    // What coats reflect, and the bases under them; the constants in their colours may bring them above 1.
+    let coated = |base: Real, coat: Real| {
+        let least = |x: Real| if x < 1.0 { x } else { 1.0 };
+        let sum = color * base + Vec3::splat(coat);
+        Vec3::new(least(sum.x), least(sum.y), least(sum.z))
+    };
     match material.kind() {
         MaterialKind::Black | MaterialKind::Diffuse | MaterialKind::Mirror => color,
         MaterialKind::Conductor if !material.has_complex_ior() => color,
         MaterialKind::Conductor => fresnel_conductor(1.0, vec3(material.eta), vec3(material.k)),
         MaterialKind::Dielectric => Vec3::ONE,
         MaterialKind::Plastic => {
-            // The coat, and the base under it; the constant in its colour may bring them above 1.
             let (coat, _) = fresnel_dielectric(1.0, material.ior as Real);
-            let least = |x: Real| if x < 1.0 { x } else { 1.0 };
-            let sum = color * (1.0 - coat) + Vec3::splat(coat);
-            Vec3::new(least(sum.x), least(sum.y), least(sum.z))
+            coated(1.0 - coat, coat)
+        }
+        MaterialKind::Principled => {
+            let (coat, _) = fresnel_dielectric(1.0, material.ior as Real);
+            let metallic = material.metallic as Real;
+            coated(metallic + material.base_weight as Real * (1.0 - coat), (1.0 - metallic) * coat)
         }
     }
 }

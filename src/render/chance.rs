@@ -10,10 +10,11 @@ use crate::tables::materials::MaterialKind;
 /// surfaces are diffuse. They do not under `uniform`, `bsdf`, `nee-sum` and `nee-average`, and not where mirrors, glass,
 /// metal or coats lead paths from a diffuse surface to a light: that is a caustic.
 pub(super) fn brightest_by_chance(setup: &Setup) -> f64 {
-    use MaterialKind::{Conductor, Dielectric, Mirror, Plastic};
+    use MaterialKind::{Conductor, Dielectric, Mirror, Plastic, Principled};
     let scene = setup.scene;
     let hits_count = matches!(setup.strategy.row().hit, Weight::One | Weight::Half);
-    let leads_on = [Mirror, Conductor, Dielectric, Plastic].into_iter().any(|kind| scene.features.kinds[kind]);
+    let leads_on =
+        [Mirror, Conductor, Dielectric, Plastic, Principled].into_iter().any(|kind| scene.features.kinds[kind]);
     let scatters = setup.max_depth > 0 && scene.features.scatters();
     if !scatters || !(hits_count || leads_on) {
         return 0.0;

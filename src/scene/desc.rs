@@ -267,7 +267,7 @@ pub struct MaterialDesc {
     pub emission: [f64; 3],
     /// The back emits as the front does.
     pub two_sided: bool,
-    /// Multiplies the albedo of diffuse and plastic.
+    /// Multiplies the albedo of diffuse and plastic, the base colour of principled.
     pub texture: Option<TextureUse>,
     /// Multiplies the emission.
     pub emission_texture: Option<TextureUse>,
@@ -328,6 +328,25 @@ pub enum Scattering {
         ior: f64,
         /// GGX width of the coat, in [0, 1].
         alpha: f64,
+    },
+    /// The metallic-roughness model of glTF 2.0 (appendix B of its specification), opaque: a plastic and a metal, mixed.
+    ///
+    /// The metal has a GGX distribution of microfacets of width `roughness` squared and Schlick's reflectance, `base_color` at
+    /// normal incidence. What is not metal is [`Scattering::Plastic`] of albedo `base_color` and the same width. Appendix B
+    /// leaves the formulas to the renderer; those here differ from its examples in three points. They reflect the coat by
+    /// Fresnel's equations, which its example approximates. They let through to the base what the coat does not reflect on
+    /// the way in and out, scaled so that no direction reflects more than arrives; the example's base takes no notice of
+    /// how flat light arrives, and near grazing reflects, with its coat, up to almost twice what arrives. And facets are
+    /// masked towards viewer and light by their height (Heitz 2014), as in all kinds here, not independently of each other.
+    Principled {
+        /// Albedo of the base and reflectance of the metal at normal incidence, in [0, 1] per channel.
+        base_color: [f64; 3],
+        /// How much of it is metal, in [0, 1].
+        metallic: f64,
+        /// Square root of the GGX width, in [0, 1].
+        roughness: f64,
+        /// Index of refraction of the coat, at least 1; at 1 there is none. The metal does not depend on it.
+        ior: f64,
     },
 }
 

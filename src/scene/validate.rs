@@ -115,6 +115,15 @@ pub fn scattering_fault(scattering: &Scattering) -> Option<String> {
             let index = (!fits).then(|| format!("ior is {ior}; a coat has {LEAST_COAT_IOR} to 20"));
             index.or_else(|| fraction("albedo", albedo)).or_else(|| width(*alpha))
         }
+        Scattering::Principled { base_color, metallic, roughness, ior } => {
+            let most = *IOR_RANGE.end();
+            let index = (!(1.0..=most).contains(ior)).then(|| format!("ior is {ior}; it must lie in [1, {most}]"));
+            let part = |name: &str, part: f64| {
+                (!(0.0..=1.0).contains(&part)).then(|| format!("{name} is {part}; it must lie in [0, 1]"))
+            };
+            let parts = part("metallic", *metallic).or_else(|| part("roughness", *roughness));
+            fraction("base_color", base_color).or(parts).or(index)
+        }
     }
 }
 

@@ -23,10 +23,12 @@ pub enum MaterialKind {
     Dielectric = 4,
     /// Diffuse base under a GGX coat.
     Plastic = 5,
+    /// Metal and plastic in any proportion: the metallic-roughness model of glTF 2.0.
+    Principled = 6,
 }
 
 /// How many kinds there are.
-pub const KINDS: usize = 6;
+pub const KINDS: usize = 7;
 
 /// What the directions that a kind scatters to are drawn from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +91,12 @@ pub const TABLE: [KindRow; KINDS] = {
             variant: "GGX coat",
             absent: "no triangle is coated",
             ..row(Plastic, "plastic", "shade_plastic", Density)
+        },
+        KindRow {
+            textured: true,
+            variant: "GGX metal and coat",
+            absent: "no triangle is principled",
+            ..row(Principled, "principled", "shade_principled", Density)
         },
     ]
 };
@@ -168,7 +176,8 @@ pub const MIN_ALPHA: f64 = 1e-4;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct MaterialRecord {
-    /// Albedo (diffuse; plastic: times the energy constant), reflectance (mirror, conductor), transmittance (dielectric).
+    /// Albedo (diffuse; plastic: times the energy constant), reflectance (mirror, conductor), transmittance (dielectric), base
+    /// colour (principled).
     pub color: [f32; 3],
     /// GGX width.
     pub alpha: f32,
@@ -178,7 +187,8 @@ pub struct MaterialRecord {
     pub ior: f32,
     /// Imaginary part of a conductor's index of refraction.
     pub k: [f32; 3],
-    /// What a plastic's base is expected to reflect of what reaches it: its largest albedo component.
+    /// What a plastic's base is expected to reflect of what reaches it: its largest albedo component. The factor from a
+    /// principled material's base colour to the albedo of its base: what is not metal, times the energy constant.
     pub base_weight: f32,
     /// 1 if a conductor has `eta` and `k`, 0 if its reflectance is `color`.
     pub complex_ior: u32,
@@ -186,7 +196,8 @@ pub struct MaterialRecord {
     kind: u32,
     /// What multiplies `color`: index of a texture, or [`NO_TEXTURE`].
     pub texture: u32,
-    spare: u32,
+    /// How much of a principled material is metal, from 0 to 1.
+    pub metallic: f32,
 }
 
 impl MaterialRecord {
@@ -219,16 +230,18 @@ impl MaterialRecord {
                 MaterialKind::Dielectric
             }
             Scattering::Plastic { albedo, ior, alpha } => {
-                let alpha = alpha.max(MIN_ALPHA);
-                record.ior = ior as f32;
-                record.alpha = alpha as f32;
-                // Of the numbers that shading reads: next to 1 an index loses digits in f32.
-                let scale = plastic_energy::base_scale(f64::from(record.ior), f64::from(record.alpha));
-                let scale = scale * if planted(Fault::BrightBase) { 1.02 } else { 1.0 };
+                let scale = record.set_coat(ior, alpha);
                 record.color = albedo.map(|c| (c * scale) as f32);
                 // Above 0, so that a probability in proportion to it always exists.
                 record.base_weight = albedo.into_iter().fold(1e-4, f64::max) as f32;
                 MaterialKind::Plastic
+            }
+            Scattering::Principled { base_color, metallic, roughness, ior } => {
+                let scale = record.set_coat(ior, roughness * roughness);
+                record.color = f32s(base_color);
+                record.metallic = metallic as f32;
+                record.base_weight = ((1.0 - f64::from(record.metallic)) * scale) as f32;
+                MaterialKind::Principled
             }
         };
         if let (true, Some(used)) = (kind.row().textured, desc.texture) {
@@ -237,6 +250,15 @@ impl MaterialRecord {
         let black = matches!(kind, MaterialKind::Diffuse | MaterialKind::Mirror) && record.color == [0.0; 3];
         record.kind = if black { MaterialKind::Black } else { kind } as u32;
         record
+    }
+
+    /// Takes the index and the width of a coat; the factor on the albedo of the base under it.
+    fn set_coat(&mut self, ior: f64, alpha: f64) -> f64 {
+        self.ior = ior as f32;
+        self.alpha = alpha.max(MIN_ALPHA) as f32;
+        // Of the numbers that shading reads: next to 1 an index loses digits in f32.
+        let scale = plastic_energy::base_scale(f64::from(self.ior), f64::from(self.alpha));
+        scale * if planted(Fault::BrightBase) { 1.02 } else { 1.0 }
     }
 
     /// How it scatters.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use octray::{Film, PreparedScene, Scene, Settings};
 
 /// Our scenes; builtin ones small.
-pub const SCENES: [&str; 14] = [
+pub const SCENES: [&str; 15] = [
     "scenes/cornell.toml",
     "scenes/cornell_mirror.toml",
     "scenes/lecture_lights.toml",
@@ -17,6 +17,7 @@ pub const SCENES: [&str; 14] = [
     "scenes/leaves.toml",
     "scenes/door_ajar.toml",
     "scenes/lights.toml",
+    "scenes/principled.toml",
     "builtin:heavy:20000",
     "builtin:lamp_hall:300",
     "builtin:rooms:3",

@@ -60,6 +60,7 @@ fn room(extra: impl Fn(&mut Maker)) -> PreparedScene {
         Scattering::Conductor { alpha: 0.2, reflectance: [0.9, 0.7, 0.3], complex_ior: None },
         Scattering::Dielectric { ior: 1.5, transmittance: [0.9; 3] },
         Scattering::Plastic { albedo: [0.2, 0.3, 0.8], ior: 1.5, alpha: 0.2 },
+        Scattering::Principled { base_color: [0.8, 0.7, 0.3], metallic: 0.5, roughness: 0.4, ior: 1.5 },
     ];
     for (i, kind) in kinds.into_iter().enumerate() {
         let material = maker.material(kind, [0.0; 3]);
@@ -320,7 +321,7 @@ fn mtl_and_toml_name_masks() {
         assert!(warned, "{:?}", scene.warnings);
     }
     let plain = "newmtl m\nKd 0.5 0.5 0.5\n";
-    for kind in ["diffuse", "mirror", "conductor", "dielectric", "plastic"] {
+    for kind in ["diffuse", "mirror", "conductor", "dielectric", "plastic", "principled"] {
         let more = format!("[material.m]\nkind = '{kind}'\ncutout = 'alpha.png'\n");
         assert_eq!(load(plain, Some(&more)).unwrap().materials[0].alpha_mask, at([1.0; 2], [0.0; 2]), "{kind}");
     }

@@ -81,8 +81,8 @@ fn the_general_plan_holds_every_stage_and_leaves_out_no_part() {
         (stages, explain::left_out(&setup).iter().map(|left| left.what).collect::<Vec<_>>())
     };
     let (stages, left_out) = told(PlanChoice::General);
-    for stage in ["shade_miss", "shade_emitter", "shade_mirror", "shade_dielectric", "shade_conductor", "shade_plastic"]
-    {
+    let general = ["shade_mirror", "shade_dielectric", "shade_conductor", "shade_plastic", "shade_principled"];
+    for stage in ["shade_miss", "shade_emitter"].into_iter().chain(general) {
         assert!(stages.contains(&stage), "{stage} of {stages:?}");
     }
     assert_eq!(left_out, Vec::<&str>::new());

@@ -2,7 +2,7 @@
 
 use crate::common::{Maker, SCENES, first_difference, prepared, small};
 use crate::smooth::ball;
-use crate::textures::{poster, room};
+use crate::textures::{PAPERS, poster, room};
 use glam::DVec3;
 use octray::internal::film::layers::{LayerPixel, NOTHING, NUMBERS};
 use octray::scene::desc::{CornerDesc, EnvironmentDesc, PixelFilter, Scattering};
@@ -77,7 +77,9 @@ fn of_both(scene: &PreparedScene, settings: &Settings) -> Film {
 
 #[test]
 fn textures_are_in_the_albedo() {
-    of_both(&room(), &all(small(33, 27, 4)));
+    for paper in PAPERS {
+        of_both(&room(paper), &all(small(33, 27, 4)));
+    }
     // Radiance of a poster in white light from everywhere is its albedo, and that of its layer.
     let mut maker = poster(2.0, Scattering::Diffuse { albedo: [0.75, 1.0, 0.5] }, false);
     maker.desc.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
@@ -97,6 +99,7 @@ fn shading_normals_are_those_of_the_smooth_surface() {
         Scattering::Conductor { alpha: 0.1, reflectance: [0.9; 3], complex_ior: None },
         Scattering::Dielectric { ior: 1.5, transmittance: [0.9, 0.8, 0.7] },
         Scattering::Plastic { albedo: [0.5; 3], ior: 1.5, alpha: 0.1 },
+        Scattering::Principled { base_color: [0.5; 3], metallic: 0.5, roughness: 0.3, ior: 1.5 },
     ];
     for scattering in materials {
         let mut maker = Maker::default();
@@ -186,6 +189,7 @@ fn a_wall_has_its_colour_its_normal_and_its_depth() {
     // At normal incidence a conductor reflects ((eta - 1)^2 + k^2) / ((eta + 1)^2 + k^2), glass ((ior - 1) / (ior + 1))^2.
     let metal: [f64; 3] =
         std::array::from_fn(|c| ((eta[c] - 1.0f64).powi(2) + k[c] * k[c]) / ((eta[c] + 1.0f64).powi(2) + k[c] * k[c]));
+    let principled = |base_color, metallic| Scattering::Principled { base_color, metallic, roughness: 0.3, ior: 1.5 };
     for (scattering, wanted) in [
         (Scattering::Diffuse { albedo: [0.25, 0.5, 0.75] }, [0.25, 0.5, 0.75]),
         (Scattering::Diffuse { albedo: [0.0; 3] }, [0.0; 3]),
@@ -196,6 +200,9 @@ fn a_wall_has_its_colour_its_normal_and_its_depth() {
         (Scattering::Plastic { albedo: [0.0; 3], ior: 1.5, alpha: 0.2 }, [0.04; 3]),
         // The base's energy constant is above 1: without the limit this were 1.05.
         (Scattering::Plastic { albedo: [1.0; 3], ior: 1.5, alpha: 0.01 }, [1.0; 3]),
+        (principled([0.0; 3], 0.5), [0.02; 3]),
+        (principled([1.0; 3], 0.25), [1.0; 3]),
+        (principled([0.9, 0.7, 0.2], 1.0), [0.9, 0.7, 0.2]),
     ] {
         for filter in [PixelFilter::Box, PixelFilter::Tent] {
             let mut scene = wall(scattering);

@@ -49,6 +49,7 @@ fn materials() -> Vec<(&'static str, Scattering)> {
         ("metal", Scattering::Conductor { alpha: 0.2, reflectance: [0.9, 0.8, 0.7], complex_ior: None }),
         ("glass", Scattering::Dielectric { ior: 1.5, transmittance: [1.0; 3] }),
         ("plastic", Scattering::Plastic { albedo: [0.8, 0.5, 0.2], ior: 1.5, alpha: 0.3 }),
+        ("principled", Scattering::Principled { base_color: [0.8, 0.5, 0.2], metallic: 0.4, roughness: 0.5, ior: 1.5 }),
     ]
 }
 

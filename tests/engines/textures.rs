@@ -85,9 +85,15 @@ fn texels_have_their_colours_and_places() {
     close(look_at(scaled, 0.0625, 0.375), texel(1, 0), "scaled and shifted");
 }
 
+/// What posters in rooms are made of.
+pub const PAPERS: [Scattering; 2] = [
+    Scattering::Plastic { albedo: [0.9; 3], ior: 1.5, alpha: 0.3 },
+    Scattering::Principled { base_color: [0.9; 3], metallic: 0.6, roughness: 0.5, ior: 1.5 },
+];
+
 /// A textured lamp over a textured floor, a glossy poster beside it.
-pub fn room() -> PreparedScene {
-    let mut maker = poster(2.0, Scattering::Plastic { albedo: [0.9; 3], ior: 1.5, alpha: 0.3 }, false);
+pub fn room(paper: Scattering) -> PreparedScene {
+    let mut maker = poster(2.0, paper, false);
     let used = |texture| Some(TextureUse { texture, scale: [1.5, -0.7], offset: [0.1, 0.2] });
     maker.desc.textures.push(TextureDesc {
         name: "lamp".into(),
@@ -116,33 +122,37 @@ pub fn room() -> PreparedScene {
 
 #[test]
 fn engines_agree_bit_for_bit_on_textures() {
-    let scene = room();
-    for &strategy in Strategy::ALL {
-        for (lights, max_depth) in [(Lights::Uniform, None), (Lights::Power, Some(2))] {
-            let settings = Settings { strategy, lights, max_depth, ..small(33, 27, 4) };
-            let packet = render(&scene, &settings);
-            let scalar = render(&scene, &Settings { engine: Engine::Scalar, ..settings });
-            let what = format!("{strategy}, {lights}, depth {max_depth:?}");
-            assert_eq!(first_difference(&packet.film, &scalar.film), None, "{what}");
-            assert_eq!(packet.stats.nonfinite, 0, "{what}");
+    for paper in PAPERS {
+        let scene = room(paper);
+        for &strategy in Strategy::ALL {
+            for (lights, max_depth) in [(Lights::Uniform, None), (Lights::Power, Some(2))] {
+                let settings = Settings { strategy, lights, max_depth, ..small(33, 27, 4) };
+                let packet = render(&scene, &settings);
+                let scalar = render(&scene, &Settings { engine: Engine::Scalar, ..settings });
+                let what = format!("{paper:?}, {strategy}, {lights}, depth {max_depth:?}");
+                assert_eq!(first_difference(&packet.film, &scalar.film), None, "{what}");
+                assert_eq!(packet.stats.nonfinite, 0, "{what}");
+            }
         }
     }
 }
 
 #[test]
 fn exact_strategies_agree_on_textured_lights() {
-    let scene = room();
-    let mean = |strategy, lights| {
-        let film = render(&scene, &Settings { strategy, lights, max_depth: Some(2), ..small(24, 24, 512) }).film;
-        estimate(&film, 0..24, 0..24, 0)
-    };
-    let truth = mean(Strategy::MisPower, Lights::Uniform);
-    for strategy in exact_strategies() {
-        for lights in [Lights::Uniform, Lights::Power] {
-            let got = mean(strategy, lights);
-            let error = (got.error * got.error + truth.error * truth.error).sqrt();
-            assert!((got.mean - truth.mean).abs() < 5.0 * error, "{strategy}: {} {}", got.mean, truth.mean);
-            assert!(error < 0.02 * truth.mean, "{strategy}: too noisy to prove anything");
+    for paper in PAPERS {
+        let scene = room(paper);
+        let mean = |strategy, lights| {
+            let film = render(&scene, &Settings { strategy, lights, max_depth: Some(2), ..small(24, 24, 512) }).film;
+            estimate(&film, 0..24, 0..24, 0)
+        };
+        let truth = mean(Strategy::MisPower, Lights::Uniform);
+        for strategy in exact_strategies() {
+            for lights in [Lights::Uniform, Lights::Power] {
+                let got = mean(strategy, lights);
+                let error = (got.error * got.error + truth.error * truth.error).sqrt();
+                assert!((got.mean - truth.mean).abs() < 5.0 * error, "{strategy}: {} {}", got.mean, truth.mean);
+                assert!(error < 0.02 * truth.mean, "{strategy}: too noisy to prove anything");
+            }
         }
     }
 }
@@ -172,6 +182,7 @@ fn mtl_and_toml_name_textures() {
     let warned = |scene: &SceneDesc, word: &str| scene.warnings.iter().any(|w| w.contains(word));
     let albedo = |scene: &SceneDesc| match scene.materials[0].scattering {
         Scattering::Diffuse { albedo } => albedo,
+        Scattering::Principled { base_color, .. } => base_color,
         other => panic!("{other:?}"),
     };
     let scene = load("newmtl m\nKd 0.5 0.5 0.25\nmap_Kd -s 2 3 -o 0.5 a b.png\n", None).unwrap();
@@ -193,10 +204,15 @@ fn mtl_and_toml_name_textures() {
     assert!(scene.materials[0].texture.is_some() && albedo(&scene) == [1.0; 3]);
     let scene = load("newmtl m\nmap_Kd a b.png", Some("[material.m]\nalbedo = [0.1, 0.2, 0.3]\n")).unwrap();
     assert_eq!((scene.materials[0].texture, albedo(&scene)), (None, [0.1, 0.2, 0.3]), "a named albedo replaces it");
+    for (more, wanted) in [("", [1.0; 3]), ("base_color = [0.5, 0.25, 1]\n", [0.5, 0.25, 1.0])] {
+        let more = format!("[material.m]\nkind = 'principled'\n{more}texture = 'a b.png'\n");
+        let scene = load(plain, Some(&more)).unwrap();
+        assert!(scene.materials[0].texture.is_some() && albedo(&scene) == wanted, "a named base_color multiplies");
+    }
     for (more, words) in [
         ("texture = 'gone.png'", ["m.toml:7:", "texture `gone.png`"]),
         ("texture = 'bad.png'", ["m.toml:7:", "texture `bad.png`"]),
-        ("kind = 'mirror'\ntexture = 'a b.png'", ["m.toml:8:", "only diffuse and plastic"]),
+        ("kind = 'mirror'\ntexture = 'a b.png'", ["m.toml:8:", "only diffuse, plastic and principled"]),
     ] {
         let message = load(plain, Some(&format!("[material.m]\n{more}\n"))).unwrap_err();
         assert!(words.iter().all(|word| message.contains(word)), "{message}");

@@ -2,7 +2,7 @@
 //! what is drawn, and densities that integrate to 1, or to the part that is drawn at all where some draws carry nothing.
 //! Environment maps have theirs in tests/engines/environment.rs, lens and filters in tests/engines/camera.rs.
 //!
-//! Significance 0.1 % for the file (Sidak: 1.4e-5 each of 70 tests), by the Wilson-Hilferty normal form: z below 4.3.
+//! Significance 0.1 % for the file (Sidak: 8e-6 each of 124 tests), by the Wilson-Hilferty normal form: z below 4.3.
 //! Seeds are fixed.
 
 use crate::common::{Maker, chi_square_z};
@@ -16,6 +16,7 @@ use octray::internal::sampler::draws::BsdfDraws;
 use octray::internal::sampler::{random_words, unit};
 use octray::internal::simd::native::kernels::bsdf::conductor::Conductor;
 use octray::internal::simd::native::kernels::bsdf::plastic::Plastic;
+use octray::internal::simd::native::kernels::bsdf::principled::Principled;
 use octray::internal::simd::native::kernels::bsdf::{Bsdf, Sampled};
 use octray::internal::simd::native::kernels::surface::surface_points;
 use octray::internal::simd::native::kernels::{lights::sample as light_x8, warp as warp_x8};
@@ -199,6 +200,11 @@ fn glossy_lobes_are_drawn_with_their_densities() {
             check_glossy::<Conductor>(&format!("metal, alpha {alpha}"), &metal, cosine);
             let plastic = record(Scattering::Plastic { albedo: [0.8, 0.5, 0.2], ior: 1.5, alpha });
             check_glossy::<Plastic>(&format!("plastic, alpha {alpha}"), &plastic, cosine);
+            for metallic in [0.0, 0.5, 1.0] {
+                let (base_color, roughness) = ([0.8, 0.5, 0.2], f64::sqrt(alpha));
+                let mixed = record(Scattering::Principled { base_color, metallic, roughness, ior: 1.5 });
+                check_glossy::<Principled>(&format!("principled, alpha {alpha}, metallic {metallic}"), &mixed, cosine);
+            }
         }
     }
 }

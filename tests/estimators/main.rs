@@ -10,6 +10,7 @@ mod heavy_tails;
 mod learned;
 mod materials;
 mod plastic;
+mod principled;
 mod stiff_truth;
 mod stopping;
 mod strategies;

@@ -1,4 +1,4 @@
-//! Metals, glass and plastics: engines of equal bits; energy, reciprocity and densities against what physics and
+//! Metals, glass, plastics and their mixtures: engines of equal bits; energy, reciprocity and densities against what physics and
 //! probability ask for. Statistical bounds are stated where they are used; seeds are fixed.
 
 use crate::common::{Maker, chi_square_z, estimate, exact_strategies, first_difference, small};
@@ -13,6 +13,12 @@ const GOLD: ([f64; 3], [f64; 3]) = ([0.143, 0.375, 1.442], [3.983, 2.386, 1.603]
 fn glossy() -> Vec<(&'static str, Scattering)> {
     let conductor = |alpha: f64| Scattering::Conductor { alpha, reflectance: [0.9, 0.8, 0.7], complex_ior: None };
     let plastic = |alpha: f64| Scattering::Plastic { albedo: [0.8, 0.5, 0.2], ior: 1.5, alpha };
+    let principled = |metallic: f64, roughness: f64| Scattering::Principled {
+        base_color: [0.8, 0.5, 0.2],
+        metallic,
+        roughness,
+        ior: 1.5,
+    };
     vec![
         ("metal, alpha 1e-4", conductor(1e-4)),
         ("metal, alpha 0.01", conductor(0.01)),
@@ -22,6 +28,9 @@ fn glossy() -> Vec<(&'static str, Scattering)> {
         ("plastic, alpha 0.02", plastic(0.02)),
         ("plastic, alpha 0.3", plastic(0.3)),
         ("plastic, alpha 1", plastic(1.0)),
+        ("principled, smooth", principled(0.0, 0.0)),
+        ("principled, a third metal", principled(1.0 / 3.0, 0.5)),
+        ("principled, metal", principled(1.0, 0.6)),
     ]
 }
 
@@ -98,6 +107,9 @@ fn white(scattering: Scattering) -> Scattering {
             Scattering::Conductor { alpha, reflectance: [1.0; 3], complex_ior: None }
         }
         Scattering::Plastic { ior, alpha, .. } => Scattering::Plastic { albedo: [1.0; 3], ior, alpha },
+        Scattering::Principled { metallic, roughness, ior, .. } => {
+            Scattering::Principled { base_color: [1.0; 3], metallic, roughness, ior }
+        }
         other => other,
     }
 }
@@ -261,6 +273,7 @@ fn exact_strategies_agree_on_every_material() {
         let truth = render(&scene, &Settings { seed: 77, spp: 4096, ..settings.clone() }).film;
         let narrow = match scattering {
             Scattering::Conductor { alpha, .. } | Scattering::Plastic { alpha, .. } => alpha < 0.1,
+            Scattering::Principled { roughness, .. } => roughness * roughness < 0.1,
             _ => false,
         };
         for strategy in exact_strategies() {

@@ -44,7 +44,7 @@ fn graded(low: f64, high: f64, centers: &[f64], least: f64) -> Vec<(f64, f64)> {
 }
 
 /// What `evaluate` (BSDF times cosine) reflects of light from a direction with this cosine, in all.
-fn reflected(cosine: f64, alpha: f64, evaluate: impl Fn(glam::DVec3, glam::DVec3) -> f64) -> f64 {
+pub fn reflected(cosine: f64, alpha: f64, evaluate: impl Fn(glam::DVec3, glam::DVec3) -> f64) -> f64 {
     let polar = cosine.acos();
     let wo = glam::DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     // Elevations are dense about the mirrored direction and towards the horizon, azimuths about the mirrored one: forwards.

@@ -15,6 +15,7 @@ use octray::internal::simd::native::kernels::bsdf::dielectric::Dielectric;
 use octray::internal::simd::native::kernels::bsdf::diffuse::Diffuse;
 use octray::internal::simd::native::kernels::bsdf::mirror::Mirror;
 use octray::internal::simd::native::kernels::bsdf::plastic::Plastic;
+use octray::internal::simd::native::kernels::bsdf::principled::Principled;
 use octray::internal::simd::native::kernels::bsdf::{Bsdf, Specular};
 use octray::internal::simd::native::kernels::lights::tree::Receivers;
 use octray::internal::simd::native::kernels::surface::surface_points;
@@ -108,6 +109,15 @@ fn kinds_with_a_density() {
     });
     check_bsdf::<Plastic>("plastic", &plastic, bsdf::plastic::evaluate, |m, wo, u, lobe| {
         bsdf::plastic::sample(m, Vec3::Z, wo, u, lobe)
+    });
+    let principled = [(0.0, 0.0, 1.5), (0.4, 0.5, 1.0), (1.0, 0.7, 1.5), (0.7, 1.0, 2.4)]
+        .map(|(metallic, roughness, ior)| (metallic, roughness, ior, [0.8, 0.5, 0.0]))
+        .into_iter()
+        .chain([(1.0, 0.3, 1.5, [0.0; 3]), (0.5, 0.3, 1.5, [1.0; 3])])
+        .map(|(metallic, roughness, ior, base_color)| Scattering::Principled { base_color, metallic, roughness, ior });
+    let principled: Vec<_> = principled.collect();
+    check_bsdf::<Principled>("principled", &principled, bsdf::principled::evaluate, |m, wo, u, lobe| {
+        bsdf::principled::sample(m, Vec3::Z, wo, u, lobe)
     });
 }
 

@@ -43,6 +43,8 @@ pub struct MtlMaterial {
     pub specular: [f64; 3],
     /// GGX width: from Pr where there is one, else from Ns.
     pub alpha: f64,
+    /// Pm, in [0, 1]; without one 0.
+    pub metallic: f64,
     /// Of a dielectric Ni, of others Ni where it is above 1; else 1.5.
     pub ior: f64,
     /// Ke.
@@ -69,6 +71,7 @@ impl MtlMaterial {
             diffuse: GREY,
             specular: GREY,
             alpha: 1.0,
+            metallic: 0.0,
             ior: DEFAULT_IOR,
             emission: [0.0; 3],
             texture: None,
@@ -269,6 +272,7 @@ fn convert(path: &Path, material: &tobj::Material, maps: Maps, warnings: &mut Ve
         name: name.clone(),
         kind,
         alpha,
+        metallic: extra("Pm").map_or(0.0, |pm| pm.clamp(0.0, 1.0)),
         ior: index_of_refraction(kind, material.optical_density.map(of_f32), &mut tell),
         diffuse,
         specular: specular.unwrap_or(diffuse),

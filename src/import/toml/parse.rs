@@ -63,16 +63,19 @@ pub enum Kind {
     Dielectric,
     /// Diffuse base under a rough coat.
     Plastic,
+    /// Metal and plastic, mixed.
+    Principled,
 }
 
 impl Kind {
     /// Every kind with its name in a scene file and the keys it has besides `emission` and `two_sided`.
-    pub const ALL: [(Kind, &'static str, &'static [&'static str]); 5] = [
+    pub const ALL: [(Kind, &'static str, &'static [&'static str]); 6] = [
         (Kind::Diffuse, "diffuse", &["albedo"]),
         (Kind::Mirror, "mirror", &["reflectance"]),
         (Kind::Conductor, "conductor", &["alpha", "reflectance", "eta", "k"]),
         (Kind::Dielectric, "dielectric", &["ior", "transmittance"]),
         (Kind::Plastic, "plastic", &["albedo", "ior", "alpha"]),
+        (Kind::Principled, "principled", &["base_color", "metallic", "roughness", "ior"]),
     ];
 
     fn row(self) -> &'static (Kind, &'static str, &'static [&'static str]) {
@@ -109,6 +112,12 @@ pub struct MaterialEntry {
     pub complex_ior: Option<([f64; 3], [f64; 3])>,
     /// Index of refraction, if named.
     pub ior: Option<f64>,
+    /// Base colour, if named.
+    pub base_color: Option<[f64; 3]>,
+    /// How much of it is metal, if named.
+    pub metallic: Option<f64>,
+    /// Square root of the GGX width, if named.
+    pub roughness: Option<f64>,
     /// Transmittance, if named.
     pub transmittance: Option<[f64; 3]>,
     /// Emission, if named.
@@ -138,6 +147,12 @@ impl MaterialEntry {
             Kind::Plastic => {
                 Scattering::Plastic { albedo, ior: self.ior.unwrap_or_else(|| material.coat_ior()), alpha }
             }
+            Kind::Principled => Scattering::Principled {
+                base_color: self.base_color.unwrap_or(material.diffuse),
+                metallic: self.metallic.unwrap_or(material.metallic),
+                roughness: self.roughness.unwrap_or(material.alpha.sqrt()),
+                ior: self.ior.unwrap_or_else(|| material.coat_ior()),
+            },
         }
     }
 }
@@ -394,6 +409,9 @@ fn parse_material(name: &str, table: &Table<'_>) -> Result<MaterialEntry> {
         alpha: table.number("alpha")?,
         complex_ior,
         ior: table.number("ior")?,
+        base_color: table.fraction("base_color")?,
+        metallic: table.number("metallic")?,
+        roughness: table.number("roughness")?,
         transmittance: table.fraction("transmittance")?,
         emission: table.radiance("emission")?,
         two_sided: table.boolean("two_sided")?.unwrap_or(false),

@@ -206,8 +206,10 @@ pub struct MaterialColumns {
     pub ior: F32x8,
     /// Imaginary parts of conductors' indices of refraction.
     pub k: Vec3x8,
-    /// What bases are expected to reflect.
+    /// What plastics' bases are expected to reflect; of principled materials the factors from colours to albedos of bases.
     pub base_weight: F32x8,
+    /// How much of principled materials is metal.
+    pub metallic: F32x8,
     /// Conductors with a complex index.
     pub complex_ior: Mask8,
 }
@@ -224,6 +226,7 @@ impl MaterialColumns {
             ior: words.number(offset_of!(MaterialRecord, ior)),
             k: words.vector(offset_of!(MaterialRecord, k)),
             base_weight: words.number(offset_of!(MaterialRecord, base_weight)),
+            metallic: words.number(offset_of!(MaterialRecord, metallic)),
             complex_ior: words.integer(offset_of!(MaterialRecord, complex_ior)).eq(U32x8::splat(1)),
         }
     }

@@ -80,6 +80,15 @@ pub fn fresnel_conductor(cosine: Real, eta: Vec3, k: Vec3) -> Vec3 {
     Vec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
+/// (1 - cosine)^5: how far Schlick's approximation ("An Inexpensive BRDF Model for Physically-based Rendering", 1994) goes from
+/// the reflectance at normal incidence to 1.
+pub fn schlick(cosine: Real) -> Real {
+    // The cosine of rounded directions may exceed 1.
+    let x = if cosine < 1.0 { 1.0 - cosine } else { 0.0 };
+    let square = x * x;
+    square * square * x
+}
+
 /// D G2 / (4 cos_o), and the density G1(o) D / (4 cos_o) of reflecting at visible normals.
 pub fn ggx_reflection(alpha: Real, wo: Vec3, wi: Vec3, half: Vec3) -> (Real, Real) {
     let d = ggx_d(alpha, half) / (4.0 * wo.z);

@@ -12,6 +12,7 @@ pub mod diffuse;
 pub mod microfacet;
 pub mod mirror;
 pub mod plastic;
+pub mod principled;
 pub mod sample;
 
 use crate::tables::materials::{MaterialKind, MaterialRecord};
@@ -23,7 +24,7 @@ pub fn orient(kind: MaterialKind, point: &mut SurfacePoint, incoming: Vec3) -> V
     match kind {
         MaterialKind::Black | MaterialKind::Diffuse => incoming,
         MaterialKind::Dielectric => point.graze(incoming),
-        MaterialKind::Mirror | MaterialKind::Conductor | MaterialKind::Plastic => {
+        MaterialKind::Mirror | MaterialKind::Conductor | MaterialKind::Plastic | MaterialKind::Principled => {
             point.face_forward(-incoming);
             incoming
         }
@@ -38,6 +39,7 @@ pub fn evaluate(material: &MaterialRecord, n: Vec3, incoming: Vec3, direction: V
         MaterialKind::Diffuse => diffuse::evaluate(material, n.dot(direction)),
         MaterialKind::Conductor => conductor::evaluate(material, wo(), to_local(direction, n)),
         MaterialKind::Plastic => plastic::evaluate(material, wo(), to_local(direction, n)),
+        MaterialKind::Principled => principled::evaluate(material, wo(), to_local(direction, n)),
         MaterialKind::Black | MaterialKind::Mirror | MaterialKind::Dielectric => (Vec3::ZERO, 0.0),
     }
 }
@@ -59,6 +61,7 @@ pub fn sample(
         MaterialKind::Conductor => conductor::sample(material, n, to_local(-incoming, n), u),
         MaterialKind::Dielectric => Some(dielectric::sample(material, n, incoming, front, u_lobe)),
         MaterialKind::Plastic => plastic::sample(material, n, to_local(-incoming, n), u, u_lobe),
+        MaterialKind::Principled => principled::sample(material, n, to_local(-incoming, n), u, u_lobe),
     }
 }
 
@@ -69,6 +72,7 @@ pub fn sample_uniformly(material: &MaterialRecord, n: Vec3, incoming: Vec3, u: [
     let f_cosine = match material.kind() {
         MaterialKind::Conductor => conductor::evaluate(material, to_local(-incoming, n), wi).0,
         MaterialKind::Plastic => plastic::evaluate(material, to_local(-incoming, n), wi).0,
+        MaterialKind::Principled => principled::evaluate(material, to_local(-incoming, n), wi).0,
         _ => diffuse::evaluate(material, wi.z).0,
     };
     drawn(wi, n, f_cosine * (1.0 / pdf_dir), pdf_dir)

@@ -108,6 +108,10 @@ fn bad_materials_are_named() {
             ("transmittance", Scattering::Dielectric { ior: 1.5, transmittance: triple }),
             ("ior", Scattering::Plastic { albedo: [0.5; 3], ior: x, alpha: 0.1 }),
             ("alpha", Scattering::Plastic { albedo: [0.5; 3], ior: 1.5, alpha: x }),
+            ("base_color", Scattering::Principled { base_color: triple, metallic: 0.5, roughness: 0.5, ior: 1.5 }),
+            ("metallic", Scattering::Principled { base_color: [0.5; 3], metallic: x, roughness: 0.5, ior: 1.5 }),
+            ("roughness", Scattering::Principled { base_color: [0.5; 3], metallic: 0.5, roughness: x, ior: 1.5 }),
+            ("ior", Scattering::Principled { base_color: [0.5; 3], metallic: 0.5, roughness: 0.5, ior: x }),
         ];
         for (word, scattering) in scatterings {
             with(&[word], &|s| s.materials[0].scattering = scattering);
@@ -212,7 +216,10 @@ fn spoil(scene: &mut SceneDesc, field: usize, index: usize, value: f64) {
             [&mut material.texture, &mut material.emission_texture, &mut material.alpha_mask][axis].replace(used);
         }
         7 => {
-            let scattering = Scattering::Plastic { albedo: [value; 3], ior: value, alpha: value };
+            let scattering = [
+                Scattering::Plastic { albedo: [value; 3], ior: value, alpha: value },
+                Scattering::Principled { base_color: [value; 3], metallic: value, roughness: value, ior: value },
+            ][index % 2];
             if let Some(m) = scene.materials.get_mut(material) {
                 m.scattering = scattering
             };

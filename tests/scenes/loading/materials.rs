@@ -177,9 +177,32 @@ fn toml_entries_override_the_keys_they_name() {
     assert_eq!((alpha, got), (0.25, complex_ior));
     let coat = "[material.new]\nkind = 'plastic'\nalbedo = [0.25, 0.5, 1]\nior = 1.75\nalpha = 0.125\n";
     assert_eq!(overridden(coat).unwrap().materials[3].scattering, plastic([0.25, 0.5, 1.0], 1.75, 0.125));
+    let brass = "[material.new]\nkind = 'principled'\nbase_color = [1, 0.75, 0.25]\nmetallic = 0.75\nroughness = 0.5\nior = 1.25\n";
+    let wanted = Scattering::Principled { base_color: [1.0, 0.75, 0.25], metallic: 0.75, roughness: 0.5, ior: 1.25 };
+    assert_eq!(overridden(brass).unwrap().materials[3].scattering, wanted);
+    let silent = Scattering::Principled { base_color: [0.5; 3], metallic: 0.0, roughness: 1.0, ior: 1.5 };
+    assert_eq!(overridden("[material.new]\nkind = 'principled'\n").unwrap().materials[3].scattering, silent);
 
     let message = overridden("[material.mirror]\nalbedo = [0.5, 0.5, 0.5]\n").unwrap_err();
     assert!(message.contains("scene.toml:6:") && message.contains("add a `kind`"), "{message}");
+}
+
+/// Pm and Pr mean the same as glTF's factors; Pm alone makes no MTL material principled.
+#[test]
+fn a_principled_entry_takes_the_rest_from_its_mtl() {
+    let with = |lines: &str, more: &str| {
+        let mtl = format!("newmtl m\n{lines}\n");
+        let obj = format!("mtllib mesh.mtl\nusemtl m\n{TRIANGLE}");
+        let toml = format!("{TOML}[material.m]\nkind = 'principled'\n{more}");
+        let folder = Folder::new(&[("mesh.obj", &obj), ("mesh.mtl", &mtl), ("scene.toml", &toml)]);
+        folder.load("scene.toml").unwrap().materials[0].scattering
+    };
+    let (base_color, roughness) = ([0.5, 0.25, 1.0], 0.5);
+    let lines = "Kd 0.5 0.25 1\nPm 0.25\nPr 0.5\nNi 1.75";
+    let expected = |metallic, ior| Scattering::Principled { base_color, metallic, roughness, ior };
+    assert_eq!(with(lines, ""), expected(0.25, 1.75));
+    assert_eq!(with(lines, "metallic = 1\nior = 1\n"), expected(1.0, 1.0));
+    assert_eq!(with("Kd 0.5 0.25 1\nPm 7\nPr 0.5", ""), expected(1.0, 1.5));
 }
 
 #[test]

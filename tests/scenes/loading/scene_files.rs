@@ -122,6 +122,12 @@ fn material_keys_must_fit_the_kind_and_their_range() {
         ("kind = 'dielectric'\nior = 0", "ior"),
         ("kind = 'plastic'\nior = 1", "ior"),
         ("kind = 'plastic'\nalpha = 2", "alpha"),
+        ("kind = 'principled'\nbase_color = [1, 1, 2]", "`base_color`"),
+        ("kind = 'principled'\nmetallic = 1.5", "metallic is 1.5"),
+        ("kind = 'principled'\nroughness = -1", "roughness is -1"),
+        ("kind = 'principled'\nior = 0.9", "ior is 0.9; it must lie in [1, 20]"),
+        ("kind = 'principled'\nalbedo = [1, 1, 1]", "a principled has no `albedo`; it has `base_color`"),
+        ("kind = 'principled'\nalpha = 0.5", "a principled has no `alpha`; it has"),
     ] {
         fails_for(entry, &["scene.toml:8:", word]);
     }

@@ -82,6 +82,33 @@ fn the_lecture_scene_has_its_two_lights() {
 }
 
 #[test]
+fn the_principled_scene_has_its_grid() {
+    let scene = shipped("principled.toml");
+    assert_eq!(scene.geometry().triangles.len(), 3_848);
+    for (row, wanted_metallic) in [0.0, 0.5, 1.0].into_iter().enumerate() {
+        for (column, wanted_roughness) in [0.1, 0.3, 0.6, 1.0].into_iter().enumerate() {
+            let name = format!("ball_{}{}", row + 1, column + 1);
+            let ball = scene.materials.iter().find(|m| m.name == name).expect("a ball");
+            let Scattering::Principled { base_color, metallic, roughness, ior } = ball.scattering else {
+                panic!("{name}: {:?}", ball.scattering)
+            };
+            assert_eq!((metallic, roughness, ior), (wanted_metallic, wanted_roughness, 1.5), "{name}");
+            assert_eq!(base_color, [0.9, 0.55, 0.25], "{name}");
+            // From the top down, from the left.
+            let points = of(&scene, &name).flat_map(|i| scene.geometry().vertices(i)).collect::<Vec<_>>();
+            let middle = points.iter().fold(DVec3::ZERO, |sum, p| sum + DVec3::from(p.map(f64::from)));
+            let middle = middle / points.len() as f64;
+            let at = DVec3::new(1.05 * (column as f64 - 1.5), 2.46 - 1.05 * row as f64, 0.0);
+            assert!(points.len() == 3 * 320 && (middle - at).length() < 1e-3, "{name} at {middle}");
+            assert!(of(&scene, &name).all(|i| {
+                let corner = DVec3::from(scene.geometry().vertices(i)[0].map(f64::from));
+                front(&scene, i).dot(corner - middle) > 0.0
+            }));
+        }
+    }
+}
+
+#[test]
 fn heavy_has_the_triangles_it_promises() {
     for n in [2_000, 20_000, 100_001] {
         let scene = SceneDesc::load(format!("builtin:heavy:{n}")).unwrap();

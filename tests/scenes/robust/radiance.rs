@@ -14,12 +14,13 @@ const DARK: [f64; 3] = [0.0; 3];
 const MOST: i32 = 99;
 
 /// The sharpest and the strongest of every kind of surface.
-fn stiff_surfaces(maker: &mut Maker) -> [u32; 5] {
+fn stiff_surfaces(maker: &mut Maker) -> [u32; 6] {
     let metal = ([0.2, 0.9, 1.5], [3.9, 2.4, 2.1]);
     [
         Scattering::Conductor { alpha: 1e-4, reflectance: [1.0; 3], complex_ior: None },
         Scattering::Conductor { alpha: 1e-3, reflectance: [1.0; 3], complex_ior: Some(metal) },
         Scattering::Plastic { albedo: [1.0, 0.9, 0.8], ior: 20.0, alpha: 1e-4 },
+        Scattering::Principled { base_color: [1.0, 0.9, 0.8], metallic: 0.5, roughness: 0.0, ior: 20.0 },
         Scattering::Dielectric { ior: 20.0, transmittance: [1.0; 3] },
         Scattering::Mirror { reflectance: [1.0; 3] },
     ]
@@ -38,7 +39,7 @@ fn room(radiance: f64) -> SceneDesc {
     maker.quad([[-0.9, -0.99, -0.99], [0.9, -0.99, -0.99], [0.9, 0.9, -0.99], [-0.9, 0.9, -0.99]], balls[0]);
     maker.quad([[-0.99, -0.9, -0.9], [-0.99, 0.9, -0.9], [-0.99, 0.9, 0.9], [-0.99, -0.9, 0.9]], balls[2]);
     for (i, material) in balls.into_iter().enumerate() {
-        let center = glam::DVec3::new(0.4 * i as f64 - 0.8, -0.7, 0.2 * i as f64 - 0.5);
+        let center = glam::DVec3::new(0.32 * i as f64 - 0.8, -0.7, 0.2 * i as f64 - 0.5);
         add(&mut maker, &sphere(2), material, |p| skew() * p * 0.18 + center);
     }
     let level = |maker: &mut Maker, [x, y, z]: [f32; 3], [a, b]: [f32; 2], material| {

@@ -79,6 +79,16 @@ pub fn fresnel_conductor(cosine: F32x8, eta: Vec3x8, k: Vec3x8) -> Vec3x8 {
     Vec3x8::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
+/// (1 - cosine)^5: how far Schlick's approximation (1994) goes from reflectances at normal incidence to 1.
+#[inline(always)]
+pub fn schlick(cosine: F32x8) -> F32x8 {
+    let (zero, x) = (F32x8::ZERO, F32x8::ONE - cosine);
+    // Cosines of rounded directions may exceed 1.
+    let x = x.gt(zero).select(x, zero);
+    let square = x * x;
+    square * square * x
+}
+
 /// Lanes in which neither direction is too flat.
 #[inline(always)]
 pub fn steep_enough(wo: Vec3x8, wi: Vec3x8) -> Mask8 {

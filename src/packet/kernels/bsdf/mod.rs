@@ -12,6 +12,7 @@ pub mod interface;
 pub mod microfacet;
 pub mod mirror;
 pub mod plastic;
+pub mod principled;
 
 use crate::tables::materials::MaterialKind;
 pub use interface::{Bsdf, Sampled, Scattered, Specular};
@@ -35,5 +36,6 @@ pub fn of_kind<A: ForKind>(kind: MaterialKind, action: A) -> Option<A::Output> {
         MaterialKind::Conductor => Some(action.bsdf::<conductor::Conductor>()),
         MaterialKind::Dielectric => Some(action.specular::<dielectric::Dielectric>()),
         MaterialKind::Plastic => Some(action.bsdf::<plastic::Plastic>()),
+        MaterialKind::Principled => Some(action.bsdf::<principled::Principled>()),
     }
 }

@@ -62,7 +62,8 @@ pub fn gather_layers<const DETAIL: bool>(context: &StageContext, state: &mut Til
         let passed = if goes_on { mirror | glass } else { Mask8::NONE };
         let beta = paths.beta.load(first);
         let none = Vec3x8::splat([0.0; 3]);
-        let albedo = passed.select_vec3(none, beta * albedo(&material, is(MaterialKind::Plastic), glass));
+        let (plastic, principled) = (is(MaterialKind::Plastic), is(MaterialKind::Principled));
+        let albedo = passed.select_vec3(none, beta * albedo(&material, plastic, principled, glass));
         let normal = passed.select_vec3(none, points.geometric_normal);
         let shading_normal = passed.select_vec3(none, points.normal);
         let depth = (t * direction.dot(axis)).to_array();
@@ -90,14 +91,18 @@ pub fn gather_layers<const DETAIL: bool>(context: &StageContext, state: &mut Til
 
 /// What denoisers take for the colours of surfaces.
 #[inline(always)]
-fn albedo(material: &MaterialColumns, plastic: Mask8, glass: Mask8) -> Vec3x8 {
+fn albedo(material: &MaterialColumns, plastic: Mask8, principled: Mask8, glass: Mask8) -> Vec3x8 {
     let one = F32x8::ONE;
     let metal = fresnel_conductor(one, material.eta, material.k);
     let reflectance = material.complex_ior.select_vec3(metal, material.color);
     let (coat, _) = fresnel_dielectric(one, material.ior);
-    let base = material.color.scale(one - coat) + Vec3x8::new(coat, coat, coat);
-    let most = Vec3x8::new(base.x.min(one), base.y.min(one), base.z.min(one));
-    glass.select_vec3(Vec3x8::splat([1.0; 3]), plastic.select_vec3(most, reflectance))
+    let mixed = material.metallic + material.base_weight * (one - coat);
+    let base = material.color.scale(principled.select(mixed, one - coat));
+    // Plastics hold no metal.
+    let coat = (one - material.metallic) * coat;
+    let sum = base + Vec3x8::new(coat, coat, coat);
+    let most = Vec3x8::new(sum.x.min(one), sum.y.min(one), sum.z.min(one));
+    glass.select_vec3(Vec3x8::splat([1.0; 3]), (plastic | principled).select_vec3(most, reflectance))
 }
 
 #[inline(always)]
