@@ -31,7 +31,7 @@ const MOST_SIGMAS: f64 = 5.6;
 fn finds_all(path: &str, strategy: Strategy) -> bool {
     match path {
         LECTURE | SKY | AJAR => !matches!(strategy, Strategy::Uniform | Strategy::Bsdf | Strategy::NeeAverage),
-        PLATES => strategy.is_mis(),
+        PLATES | "scenes/principled.toml" => strategy.is_mis(),
         // No ray finds its delta lights.
         LIGHTS => strategy.samples_lights(),
         _ => true,

@@ -84,7 +84,7 @@ fn delta_lights_have_their_closed_forms() {
         (spot(angle + 10.0, 0.0), by_distance),
         (spot(angle + 10.0, 5.0), by_distance),
         (spot(angle + 10.0, angle + 10.0), by_distance * step(angle + 10.0, 0.0)),
-        (spot(angle + 1.0, 3.0), by_distance * step(angle + 1.0, angle - 2.0)),
+        (spot(angle + 1.0, 2.0), by_distance * step(angle + 1.0, angle - 1.0)),
         (spot(0.9 * angle, 1.0), 0.0),
         (spot(180.0, 180.0), by_distance * step(180.0, 0.0)),
     ];
