@@ -167,9 +167,9 @@ fn delta(effort: &Effort) -> Result<Outcome> {
     let strategies = &ALL_EXACT[..5];
     for height in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
         lit.add("delta", &[0.0, height, 0.0, 0.0, 0.3 * height], strategies, spp, 1e-4)?;
-        for (cone, fades) in [(1.0, 0.5), (30.0, 0.0), (60.0, 1.0), (180.0, 0.5)] {
+        for (cone, fades) in [(0.1, 1.0), (1.0, 0.5), (30.0, 0.0), (60.0, 1.0), (180.0, 0.5)] {
             let x = (height * f64::tan((0.5 * f64::min(cone, 100.0)).to_radians())).min(10.0 * height);
-            lit.add("delta", &[1.0, height, cone, fades, x], strategies, spp, 1e-3)?;
+            lit.add("delta", &[1.0, height, cone, fades, x], strategies, spp, 1e-4)?;
         }
     }
     for degrees in [0.0, 45.0, 89.9, 90.1] {

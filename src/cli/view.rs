@@ -58,18 +58,18 @@ impl ViewArgs {
         if self.places_camera() {
             scene.camera = self.placed(scene.camera)?;
             scene.camera_path = CameraPath::default();
-            if scene.made.camera && self.look_from.is_some() {
+            if self.look_from.is_some() {
                 scene.warnings.retain(|warning| !warning.starts_with(NO_CAMERA));
             }
         }
         if self.studio {
-            let dark = scene.made.light || scene.warnings.iter().any(|warning| warning.starts_with(NO_LIGHT));
-            if !dark {
+            let is_lit = scene.emits() || !scene.lights.is_empty();
+            if is_lit && !scene.default_light {
                 return Err(Error::Usage(format!("--studio: {} has light of its own: leave the flag out", scene.name)));
             }
             scene.warnings.retain(|warning| !warning.starts_with(NO_LIGHT));
             add_studio(scene);
-            scene.made.light = false;
+            scene.default_light = false;
         }
         Ok(())
     }

@@ -56,9 +56,9 @@ impl SceneDesc {
         drop(file);
         let mut scene = scene.finish(&[])?;
         frame(&mut scene)?;
-        if !emits(&scene) {
+        if !scene.emits() {
             scene.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
-            scene.made.light = true;
+            scene.default_light = true;
             scene.warnings.push(format!("{NO_LIGHT}: lit by a constant white environment"));
         }
         checked(scene)
@@ -99,7 +99,7 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
     let named = cameras.into_iter().filter_map(|(name, camera, path)| Some(NamedCamera { name: name?, camera, path }));
     scene.cameras = named.collect();
     add_lights(path, &mut scene, lights)?;
-    if scene.lights.is_empty() && !emits(&scene) {
+    if scene.lights.is_empty() && !scene.emits() {
         let rest = "the picture will be black; add emission, a [[light]] or an [environment]";
         scene.warnings.push(format!("{NO_LIGHT}: {rest}"));
     }
@@ -113,11 +113,6 @@ fn load_toml(path: &Path) -> Result<SceneDesc> {
 pub fn load_camera_path(path: &Path) -> Result<(CameraDesc, CameraPath)> {
     let bytes = read::bytes(path)?;
     parse::parse_camera_path(path, &parse::toml_text(path, bytes)?)
-}
-
-/// Whether any triangle shines.
-fn emits(scene: &SceneDesc) -> bool {
-    triangles(scene).any(|t| scene.materials[t.material as usize].emission != [0.0; 3])
 }
 
 /// The triangles of all meshes; each mesh has one instance.

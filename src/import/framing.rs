@@ -37,7 +37,6 @@ pub fn frame(scene: &mut SceneDesc) -> Result<()> {
         return Err(Error::Scene { scene: scene.name.clone(), message });
     }
     let [x, y, z] = scene.camera.position.map(|x| x as f32);
-    scene.made.camera = true;
     scene.warnings.push(format!("{NO_CAMERA}: one at [{x}, {y}, {z}] looks along -z with vertical_fov {fov}"));
     scene.render = RenderDesc::default();
     Ok(())

@@ -13,7 +13,7 @@ use crate::packet::plan::Plan;
 use crate::reference::single;
 use crate::render::shared::{Locked, Operations, SharedSum};
 use crate::render::tiles::Layout;
-use crate::render::workers::{PATHS_AT_ONCE, Worker, fill_slots};
+use crate::render::workers::{PATHS_AT_ONCE, Worker, fill_slots, together};
 use crate::settings::Crop;
 use crate::setup::Setup;
 
@@ -42,16 +42,7 @@ impl Pass<'_> {
         let tiles: Vec<Locked<&mut [LayerPixel]>> = self.layout.pieces(pixels).map(Locked::new).collect();
         let next = SharedSum::new(0);
         let work = |worker: &mut Worker| self.work(worker, &tiles, &next);
-        let Some((leader, helpers)) = workers.split_first_mut() else { return false };
-        std::thread::scope(|scope| {
-            for helper in helpers {
-                // Where the system refuses to start a thread, the others do its work.
-                if std::thread::Builder::new().spawn_scoped(scope, || work(helper)).is_err() {
-                    break;
-                }
-            }
-            work(leader);
-        });
+        together(workers, work);
         drop(tiles);
         self.layout.to_rows(pixels, width);
         !self.stop.load(Ordering::Relaxed)

@@ -19,7 +19,7 @@ use crate::packet::tile::trace_paths;
 use crate::reference::single;
 use crate::render::thread_count;
 use crate::render::tiles::tile_size;
-use crate::render::workers::{PATHS_AT_ONCE, fill_slots};
+use crate::render::workers::{PATHS_AT_ONCE, fill_slots, together};
 use crate::sampler::pixel_address;
 use crate::settings::{Crop, Engine, Guide, Lights, Roulette, Settings, Train};
 use crate::setup::Setup;
@@ -363,18 +363,7 @@ impl<'s, 'a> Pilot<'s, 'a> {
                 worker.run(setup, &plan, tile, range.clone());
             }
         };
-        if let [first, others @ ..] = &mut workers[..] {
-            std::thread::scope(|scope| {
-                for worker in others {
-                    let work = &work;
-                    // Where the system refuses to start a thread, those that there are do its work.
-                    if std::thread::Builder::new().spawn_scoped(scope, move || work(worker)).is_err() {
-                        break;
-                    }
-                }
-                work(first);
-            });
-        }
+        together(&mut workers, work);
         for worker in &mut workers {
             if let (Some(all), Some(records)) = (&mut self.lights, &mut worker.lights) {
                 all.take(records);

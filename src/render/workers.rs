@@ -115,6 +115,21 @@ pub(super) fn with_team<'j, R>(
     })
 }
 
+/// Does `work` with every worker, the first on this thread, until all are done.
+pub(super) fn together<W: Send>(workers: &mut [W], work: impl Fn(&mut W) + Sync) {
+    let Some((first, others)) = workers.split_first_mut() else { return };
+    let work = &work;
+    std::thread::scope(|scope| {
+        for worker in others {
+            // Where the system refuses to start a thread, those that there are do its work.
+            if std::thread::Builder::new().spawn_scoped(scope, move || work(worker)).is_err() {
+                break;
+            }
+        }
+        work(first);
+    });
+}
+
 /// Sends helpers home when it is dropped, as it is where the leader panics: they would else wait for ever, and it for them.
 struct Closes<'g>(&'g Gate);
 

@@ -18,8 +18,8 @@ pub struct SceneDesc {
     pub camera_path: CameraPath,
     /// The cameras that have names, the scene's own among them if it has one.
     pub cameras: Vec<NamedCamera>,
-    /// What loading has made up.
-    pub made: Made,
+    /// The environment is a white one that loading has put there, since nothing emits.
+    pub default_light: bool,
     /// Film size in pixels (width, height).
     pub film: (u32, u32),
     /// How samples are spread about a pixel's centre.
@@ -61,6 +61,15 @@ impl SceneDesc {
         Ok(())
     }
 
+    /// Whether any triangle shines.
+    ///
+    /// # Panics
+    /// Where an index names nothing, which [`validate::check`](crate::scene::validate::check) refuses.
+    pub fn emits(&self) -> bool {
+        let shines = |triangle: &TriangleDesc| self.materials[triangle.material as usize].emission != [0.0; 3];
+        self.instances.iter().any(|instance| self.meshes[instance.mesh as usize].triangles.iter().any(shines))
+    }
+
     /// What surrounds the scene, if anything does.
     pub fn environment(&self) -> Option<&EnvironmentDesc> {
         self.lights.iter().find_map(|light| match light {
@@ -93,15 +102,6 @@ pub struct NamedCamera {
     pub camera: CameraDesc,
     /// How it moves in a sequence of frames.
     pub path: CameraPath,
-}
-
-/// What loading has made up, since the file has none. Warnings say so.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Made {
-    /// The camera: it has everything in view.
-    pub camera: bool,
-    /// The light: a white environment, since nothing emits.
-    pub light: bool,
 }
 
 /// A triangle mesh in object space.

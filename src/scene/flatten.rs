@@ -2,6 +2,7 @@
 
 use crate::scene::desc::{CornerDesc, InstanceDesc, MeshDesc, SceneDesc, TriangleDesc};
 use crate::scene::transform::Transform;
+use glam::DVec3;
 use std::borrow::Cow;
 
 /// The triangles of all instances, instance after instance; borrowed from the scene where its only instance stands where
@@ -35,6 +36,13 @@ impl SceneDesc {
 }
 
 impl Geometry<'_> {
+    /// The lower and the upper corner of the box about all triangles, scene units; `None` if there are none.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let used = self.triangles.iter().flat_map(|triangle| triangle.vertices);
+        let corners = used.map(|v| DVec3::from(self.positions[v as usize].map(f64::from)));
+        corners.map(|corner| (corner, corner)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
     /// The vertices of a triangle.
     pub fn vertices(&self, triangle: usize) -> [[f32; 3]; 3] {
         self.triangles[triangle].vertices.map(|v| self.positions[v as usize])

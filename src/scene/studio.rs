@@ -21,17 +21,13 @@ const FILL_RADIANCE: f64 = 0.3;
 /// Puts `scene`, seen by its camera, onto a grey ground, below a soft key light and into dim surroundings, which replace its
 /// environment.
 pub fn add_studio(scene: &mut SceneDesc) {
-    let geometry = scene.geometry();
-    let used = geometry.triangles.iter().flat_map(|triangle| triangle.vertices);
-    let corners = || used.clone().map(|v| DVec3::from(geometry.positions[v as usize].map(f64::from)));
-    let (Some(low), Some(high)) = (corners().reduce(DVec3::min), corners().reduce(DVec3::max)) else { return };
+    let Some((low, high)) = scene.geometry().bounds() else { return };
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let towards = DVec3::from(scene.camera.eye()) - middle;
     let towards = DVec3::new(towards.x, 0.0, towards.z).try_normalize().unwrap_or(DVec3::Z);
     let left = towards.cross(DVec3::Y);
     let [aside, up, before] = KEY_PLACE;
     let key = middle + (left * aside + DVec3::Y * up + towards * before) * radius;
-    drop(geometry);
 
     let first = scene.materials.len() as u32;
     let ground = Scattering::Diffuse { albedo: [0.5; 3] };

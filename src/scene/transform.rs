@@ -145,6 +145,12 @@ impl Similarity {
     }
 }
 
+/// 1 - cos of an angle in degrees, without the loss of digits that the difference has for small ones.
+pub fn versine(degrees: f64) -> f64 {
+    let half = (0.5 * degrees).to_radians().sin();
+    2.0 * half * half
+}
+
 /// The distance between two points.
 pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     DVec3::from(a).distance(DVec3::from(b))

@@ -101,9 +101,9 @@ fn delta_lights_have_their_closed_forms() {
                 [Engine::Packet, Engine::Scalar].iter().flat_map(|e| Lights::ALL.iter().map(move |l| (e, l)))
             {
                 // The coin of one strategy makes noise, nothing else does.
-                let spp = if strategy == Strategy::MisOneSample { 4096 } else { 16 };
+                let (side, spp) = if strategy == Strategy::MisOneSample { (2, 4096) } else { (8, 16) };
                 let sampler = Sampler::Independent;
-                let settings = Settings { strategy, engine: *engine, lights, sampler, ..small(2, 2, spp) };
+                let settings = Settings { strategy, engine: *engine, lights, sampler, ..small(side, side, spp) };
                 let truth = if seen { truth } else { [0.0; 3] };
                 let precision = if strategy == Strategy::MisOneSample { 0.1 } else { 1e-3 };
                 let what = format!("{light:?}, {strategy}, {engine}, {lights}");

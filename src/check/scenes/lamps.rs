@@ -49,8 +49,9 @@ fn delta(numbers: &[f64]) -> SceneDesc {
     let [kind, height, cone_angle, fades, x] = std::array::from_fn(|i| numbers[i]);
     let mut maker = Maker::default();
     let floor = maker.diffuse(0.5, 0.0);
-    // As large as the light is high: f32 then has places enough.
-    maker.ground(20.0 * height as f32, floor);
+    // Not larger than it need be: f32 then has places enough even within a narrow cone.
+    let size = if x > 0.0 { x } else { height };
+    maker.ground(20.0 * size as f32, floor);
     let (position, down) = ([0.0, height, 0.0], [0.0, -1.0, 0.0]);
     let intensity = [height * height; 3];
     let light = match kind as u32 {

@@ -155,7 +155,7 @@ fn step<'a>(traced: &'a Traced, vertex: &TraceVertex) -> Step<'a> {
         depth: vertex.depth,
         event: vertex.event,
         triangle: triangle(vertex.triangle),
-        light: vertex.light.filter(|_| is_light).map(|light| Light {
+        light: vertex.light.map(|light| Light {
             triangle: match light {
                 TracedLight::Triangle(id) => triangle(id),
                 _ => None,

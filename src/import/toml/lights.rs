@@ -3,6 +3,7 @@
 use crate::error::Result;
 use crate::import::toml::reader::Table;
 use crate::scene::desc::{DeltaLight, DeltaLightDesc};
+use crate::scene::transform::versine;
 use crate::scene::validate;
 use crate::scene::validate::is_radiance;
 use std::f64::consts::PI;
@@ -95,7 +96,6 @@ fn parse_light(table: &Table<'_>, number: usize) -> Result<LightEntry> {
             let (cone, delta) = DEFAULT_CONE;
             let cone_angle = table.number("cone_angle")?.unwrap_or(cone);
             let cone_delta_angle = table.number("cone_delta_angle")?.unwrap_or(delta.min(cone_angle));
-            let versine = |degrees: f64| 1.0 - degrees.to_radians().cos();
             // The smooth step between the angles has the mean of a straight one.
             let solid_angle = PI * (versine(cone_angle) + versine(cone_angle - cone_delta_angle));
             let position = position(table)?;

@@ -1,5 +1,6 @@
 //! Microfacets and Fresnel's equations. Directions are local, +z is the surface normal.
 
+use super::warp::sample_cosine_hemisphere;
 use super::{INV_PI, Real, Vec3, sin_cos_turns};
 use crate::fault::{Fault, lost_digits, planted};
 
@@ -105,6 +106,16 @@ pub fn half_vector(wo: Vec3, wi: Vec3) -> Vec3 {
 /// Whether both directions rise far enough above the surface.
 pub fn steep_enough(wo: Vec3, wi: Vec3) -> bool {
     wi.z > MIN_COSINE && wo.z > MIN_COSINE
+}
+
+/// A direction off the facets of a coat, with probability `p`, or off the diffuse base under it; `None` where it leaves or
+/// arrives too flat.
+pub fn sample_coat_or_base(p: Real, alpha: Real, wo: Vec3, u: [Real; 2], u_lobe: Real) -> Option<Vec3> {
+    let wi = match u_lobe < p {
+        true => reflect_about(wo, sample_visible_normal(alpha, wo, u)),
+        false => sample_cosine_hemisphere(u),
+    };
+    steep_enough(wo, wi).then_some(wi)
 }
 
 /// The mirror image of `wo` in a microfacet's normal.

@@ -1,11 +1,9 @@
 //! The metallic-roughness model of glTF 2.0 (appendix B of the specification; what differs here, and why, is said at
 //! [`crate::scene::desc::Scattering::Principled`]).
 
-use super::microfacet::{
-    fresnel_dielectric, ggx_reflection, half_vector, reflect_about, sample_visible_normal, schlick, steep_enough,
-};
+use super::microfacet::{fresnel_dielectric, ggx_reflection, half_vector, sample_coat_or_base, schlick, steep_enough};
 use super::sample::{BsdfSample, drawn, max_element};
-use super::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere};
+use super::warp::cosine_hemisphere_pdf_dir;
 use super::{Real, Vec3, vec3};
 use crate::fault::{Fault, planted};
 use crate::tables::materials::MaterialRecord;
@@ -37,15 +35,8 @@ pub fn evaluate(material: &MaterialRecord, wo: Vec3, wi: Vec3) -> (Vec3, Real) {
 /// Draws from the facets or from the base.
 pub fn sample(material: &MaterialRecord, n: Vec3, wo: Vec3, u: [Real; 2], u_lobe: Real) -> Option<BsdfSample> {
     let (fresnel_o, _) = fresnel_dielectric(wo.z, material.ior as Real);
-    let wi = if u_lobe < gloss_probability(material, wo.z, fresnel_o) {
-        let half = sample_visible_normal(material.alpha as Real, wo, u);
-        reflect_about(wo, half)
-    } else {
-        sample_cosine_hemisphere(u)
-    };
-    if !steep_enough(wo, wi) {
-        return None;
-    }
+    let p = gloss_probability(material, wo.z, fresnel_o);
+    let wi = sample_coat_or_base(p, material.alpha as Real, wo, u, u_lobe)?;
     let (f_cosine, pdf_dir) = evaluate(material, wo, wi);
     let weight = f_cosine * (1.0 / pdf_dir);
     Some(drawn(wi, n, weight, if planted(Fault::StaleDensity) { 1.01 * pdf_dir } else { pdf_dir }))

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use crate::scene::desc::{DeltaLight, SceneDesc};
 use crate::scene::flatten::Geometry;
+use crate::scene::transform::versine;
 
 /// One delta light as light sampling sees it: one cache line.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -54,12 +55,9 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// That about the box of all vertices; of radius 0 where there are none.
+    /// That about the box of all triangles; of radius 0 where there are none.
     fn about(geometry: &Geometry<'_>) -> Ball {
-        let corners = || geometry.positions.iter().map(|p| DVec3::from(p.map(f64::from)));
-        let (Some(low), Some(high)) = (corners().reduce(DVec3::min), corners().reduce(DVec3::max)) else {
-            return Ball::default();
-        };
+        let Some((low, high)) = geometry.bounds() else { return Ball::default() };
         Ball { center: 0.5 * (low + high), radius: 0.5 * (high - low).length() }
     }
 }
@@ -153,12 +151,6 @@ fn total(record: &DeltaRecord) -> f64 {
     record.strength.iter().map(|&c| f64::from(c)).sum()
 }
 
-/// 1 - cos of an angle in degrees.
-fn versine(degrees: f64) -> f64 {
-    let half = (0.5 * degrees).to_radians().sin();
-    2.0 * half * half
-}
-
 fn record(light: &DeltaLight, unit: f64) -> DeltaRecord {
     let strength = light.strength().map(|c| (c / unit) as f32);
     let unit_vector = |v: [f64; 3]| DVec3::from(v).normalize();
@@ -185,11 +177,13 @@ fn record(light: &DeltaLight, unit: f64) -> DeltaRecord {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::desc::{DeltaLightDesc, LightDesc};
+    use crate::scene::desc::{DeltaLightDesc, LightDesc, TriangleDesc};
 
     fn lights(lights: impl IntoIterator<Item = DeltaLight>) -> DeltaLights {
         let corner = |x: f32| [x, 0.0, 0.0];
-        let geometry = Geometry { positions: vec![corner(-1.0), corner(3.0)].into(), ..Geometry::default() };
+        let triangle = TriangleDesc { vertices: [0, 1, 1], material: 0, flipped: false };
+        let positions = vec![corner(-1.0), corner(3.0)].into();
+        let geometry = Geometry { positions, triangles: vec![triangle].into(), ..Geometry::default() };
         let named = |light| LightDesc::Delta(DeltaLightDesc { name: String::new(), light });
         let lights = lights.into_iter().map(named).collect();
         DeltaLights::new(&SceneDesc { lights, ..SceneDesc::default() }, &geometry, 1.0)

@@ -1,6 +1,7 @@
 //! What the stages ask of a material kind.
 
 use super::here;
+use crate::sampler::ALL_WORDS;
 use crate::sampler::draws::{BsdfDraws, LightDraws};
 use crate::tables::materials::{MaterialKind, MaterialRecord};
 use here::kernels::surface::SurfacePoints;
@@ -34,12 +35,18 @@ pub trait Bsdf: Sized {
     /// The viewers must be above the shading normals.
     const FACES_FORWARD: bool;
     /// The numbers that [`Bsdf::sample`] and roulette read; others hold anything.
-    fn draws(numbers: &PathNumbers8, event: u32) -> BsdfDraws<F32x8>;
+    #[inline(always)]
+    fn draws(numbers: &PathNumbers8, event: u32) -> BsdfDraws<F32x8> {
+        numbers.bsdf::<ALL_WORDS>(event)
+    }
     /// These, and `LIGHT` of the numbers of the light sample at the same event.
+    #[inline(always)]
     fn draws_with_light<const LIGHT: u8>(
         numbers: &PathNumbers8,
         event: u32,
-    ) -> (LightDraws<U32x8, F32x8>, BsdfDraws<F32x8>);
+    ) -> (LightDraws<U32x8, F32x8>, BsdfDraws<F32x8>) {
+        numbers.light_and_bsdf::<LIGHT, ALL_WORDS>(event)
+    }
     /// The materials that `material` names.
     fn load(materials: &[MaterialRecord], material: U32x8) -> Self;
     /// What textures multiply.

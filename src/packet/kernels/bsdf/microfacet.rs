@@ -2,6 +2,8 @@
 
 use super::here;
 use crate::math::INV_PI;
+use crate::sampler::draws::BsdfDraws;
+use here::kernels::warp::sample_cosine_hemisphere;
 use here::lanes::{F32x8, Mask8, Vec3x8, inlined, sin_cos_turns};
 
 /// Glossy surfaces scatter nothing that leaves or arrives flatter than this: below, the ratios of masking overflow.
@@ -101,6 +103,13 @@ pub fn steep_enough(wo: Vec3x8, wi: Vec3x8) -> Mask8 {
 pub fn half_vector(wo: Vec3x8, wi: Vec3x8) -> Vec3x8 {
     let sum = wi + wo;
     sum.scale(F32x8::ONE / sum.dot(sum).sqrt())
+}
+
+/// Directions off the facets of coats, with probabilities `p`, or off the diffuse bases under them.
+#[inline(always)]
+pub fn sample_coat_or_base(p: F32x8, alpha: F32x8, wo: Vec3x8, draws: &BsdfDraws<F32x8>) -> Vec3x8 {
+    let glossy = reflect_about(wo, sample_visible_normal(alpha, wo, draws.direction));
+    draws.lobe.lt(p).select_vec3(glossy, sample_cosine_hemisphere(draws.direction))
 }
 
 /// Unit vectors `wo`, mirrored in `half`.

@@ -2,16 +2,12 @@
 
 use super::here;
 use super::interface::{Bsdf, Sampled, Scattered};
-use super::microfacet::{
-    fresnel_dielectric, ggx_reflection, half_vector, reflect_about, sample_visible_normal, schlick, steep_enough,
-};
-use crate::sampler::ALL_WORDS;
-use crate::sampler::draws::{BsdfDraws, LightDraws};
+use super::microfacet::{fresnel_dielectric, ggx_reflection, half_vector, sample_coat_or_base, schlick, steep_enough};
+use crate::sampler::draws::BsdfDraws;
 use crate::tables::materials::{MaterialKind, MaterialRecord};
 use here::kernels::records::MaterialColumns;
-use here::kernels::warp::{cosine_hemisphere_pdf_dir, sample_cosine_hemisphere};
+use here::kernels::warp::cosine_hemisphere_pdf_dir;
 use here::lanes::{F32x8, U32x8, Vec3x8};
-use here::numbers::draws::PathNumbers8;
 
 /// Eight principled surfaces.
 pub struct Principled(MaterialColumns);
@@ -19,18 +15,6 @@ pub struct Principled(MaterialColumns);
 impl Bsdf for Principled {
     const KIND: MaterialKind = MaterialKind::Principled;
     const FACES_FORWARD: bool = true;
-
-    #[inline(always)]
-    fn draws(numbers: &PathNumbers8, event: u32) -> BsdfDraws<F32x8> {
-        numbers.bsdf::<ALL_WORDS>(event)
-    }
-    #[inline(always)]
-    fn draws_with_light<const LIGHT: u8>(
-        numbers: &PathNumbers8,
-        event: u32,
-    ) -> (LightDraws<U32x8, F32x8>, BsdfDraws<F32x8>) {
-        numbers.light_and_bsdf::<LIGHT, ALL_WORDS>(event)
-    }
 
     #[inline(always)]
     fn load(materials: &[MaterialRecord], material: U32x8) -> Self {
@@ -70,9 +54,8 @@ impl Bsdf for Principled {
     fn sample(&self, wo: Vec3x8, draws: &BsdfDraws<F32x8>) -> Sampled {
         let material = &self.0;
         let (fresnel_o, _) = fresnel_dielectric(wo.z, material.ior);
-        let facets = draws.lobe.lt(gloss_probability(material, wo.z, fresnel_o));
-        let glossy = reflect_about(wo, sample_visible_normal(material.alpha, wo, draws.direction));
-        let wi = facets.select_vec3(glossy, sample_cosine_hemisphere(draws.direction));
+        let p = gloss_probability(material, wo.z, fresnel_o);
+        let wi = sample_coat_or_base(p, material.alpha, wo, draws);
         let Scattered { f_cosine, pdf_dir } = self.evaluate(wo, wi);
         let weight = f_cosine.scale(F32x8::ONE / pdf_dir);
         Sampled { valid: steep_enough(wo, wi), wi, weight, pdf_dir }
