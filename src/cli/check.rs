@@ -18,7 +18,7 @@ use std::sync::Mutex;
 #[derive(clap::Args)]
 #[command(after_help = examples::CHECK)]
 pub struct CheckArgs {
-    /// A scene file (.toml), a bare .obj, or builtin:NAME: what applies to it, instead of the built-in suite
+    /// A scene file (.toml), a bare .obj, a .gltf or .glb, or builtin:NAME: what applies to it, instead of the built-in suite
     scene: Option<PathBuf>,
     /// Only the checks whose names contain TEXT
     #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true)]

@@ -25,7 +25,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(after_help = examples::INFO)]
 pub struct InfoArgs {
-    /// A scene file (.toml), a bare .obj, or builtin:NAME
+    /// A scene file (.toml), a bare .obj, a .gltf or .glb, or builtin:NAME
     scene: PathBuf,
     #[command(flatten)]
     estimator: EstimatorArgs,

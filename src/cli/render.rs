@@ -49,7 +49,7 @@ pixel at just the bright outliers that it should report, since the outlier is it
 #[derive(clap::Args)]
 #[command(after_help = format!("{NOISE}\n\n{}", examples::RENDER))]
 pub struct RenderArgs {
-    /// A scene file (.toml), a bare .obj, or builtin:NAME
+    /// A scene file (.toml), a bare .obj, a .gltf or .glb, or builtin:NAME
     scene: PathBuf,
     /// Image to write: .exr, .png, .hdr or .pfm; may be given several times; its directory is made if need be. With --shard
     /// the file of the part, of any name

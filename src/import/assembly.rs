@@ -4,6 +4,8 @@ use crate::error::{Error, Result};
 use crate::files::read;
 use crate::import::environment::load_map;
 use crate::import::framing::{corners, frame};
+#[cfg(feature = "gltf")]
+use crate::import::gltf;
 use crate::import::lamps::add_lights;
 use crate::import::obj::libraries::{Libraries, ObjMaterial};
 use crate::import::obj::mesh::{ObjFile, ObjMesh};
@@ -32,7 +34,7 @@ use std::rc::Rc;
 pub const NO_LIGHT: &str = "nothing emits light";
 
 impl SceneDesc {
-    /// Loads a TOML scene file, a bare OBJ, or a scene made in code (`builtin:NAME`).
+    /// Loads a TOML scene file, a bare OBJ, a glTF scene (feature `gltf`), or a scene made in code (`builtin:NAME`).
     pub fn load(path: impl AsRef<Path>) -> Result<SceneDesc> {
         let path = path.as_ref();
         if let Some(name) = path.to_str().and_then(|text| text.strip_prefix("builtin:")) {
@@ -42,7 +44,11 @@ impl SceneDesc {
         match extension.as_str() {
             "toml" => load_toml(path),
             "obj" => SceneDesc::from_obj(path),
-            _ => Err(Error::parse(path, None, "not a scene: octray reads .toml and .obj files and builtin:NAME")),
+            "gltf" | "glb" => load_gltf(path),
+            _ => {
+                let why = "not a scene: octray reads .toml, .obj, .gltf and .glb files and builtin:NAME";
+                Err(Error::parse(path, None, why))
+            }
         }
     }
 
@@ -56,13 +62,37 @@ impl SceneDesc {
         drop(file);
         let mut scene = scene.finish(&[])?;
         frame(&mut scene)?;
-        if !scene.emits() {
-            scene.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
-            scene.default_light = true;
-            scene.warnings.push(format!("{NO_LIGHT}: lit by a constant white environment"));
-        }
+        light(&mut scene);
         checked(scene)
     }
+}
+
+/// Gives a scene that has no light a constant white environment, and says so.
+fn light(scene: &mut SceneDesc) {
+    if scene.lights.is_empty() && !scene.emits() {
+        scene.set_environment(Some(EnvironmentDesc::Constant { radiance: [1.0; 3] }));
+        scene.default_light = true;
+        scene.warnings.push(format!("{NO_LIGHT}: lit by a constant white environment"));
+    }
+}
+
+/// Loads a glTF scene: without a camera or without light it gets those of a bare OBJ.
+#[cfg(feature = "gltf")]
+fn load_gltf(path: &Path) -> Result<SceneDesc> {
+    let mut scene = gltf::load(path, parse::DEFAULT_FILM)?;
+    // What cannot be framed cannot be rendered either.
+    validate::check(&scene)?;
+    if scene.cameras.is_empty() {
+        frame(&mut scene)?;
+    }
+    light(&mut scene);
+    checked(scene)
+}
+
+/// Refuses a glTF scene.
+#[cfg(not(feature = "gltf"))]
+fn load_gltf(path: &Path) -> Result<SceneDesc> {
+    Err(Error::parse(path, None, "a glTF scene: this octray was built without the feature `gltf`"))
 }
 
 /// What loading ends with: a scene that keeps the rules, and few warnings.

@@ -9,13 +9,9 @@ pub const NO_CAMERA: &str = "no camera";
 
 /// Gives the scene a camera from +z along -z that has the whole box in view, and says so.
 pub fn frame(scene: &mut SceneDesc) -> Result<()> {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for corner in corners(scene).flatten() {
-        for (axis, x) in corner.iter().enumerate() {
-            low[axis] = low[axis].min(f64::from(*x));
-            high[axis] = high[axis].max(f64::from(*x));
-        }
-    }
+    let bounds = scene.geometry().bounds();
+    let (low, high) =
+        bounds.map_or(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high)| (low.into(), high.into()));
     let centre: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
     let half: [f64; 3] = std::array::from_fn(|i| 0.5 * (high[i] - low[i]));
     let aspect = f64::from(scene.film.0) / f64::from(scene.film.1);

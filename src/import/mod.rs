@@ -6,6 +6,8 @@
 pub mod assembly;
 mod environment;
 pub mod framing;
+#[cfg(feature = "gltf")]
+mod gltf;
 mod images;
 mod jpeg;
 mod lamps;

@@ -30,12 +30,11 @@ impl Numbers {
 }
 
 /// The format that a file's first bytes tell, whatever it is called; TGA files have none that do.
-fn format(path: &Path, bytes: &[u8]) -> std::result::Result<ImageFormat, String> {
-    let is_tga = || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tga"));
+fn format(bytes: &[u8], may_be_tga: bool) -> std::result::Result<ImageFormat, String> {
     match ::image::guess_format(bytes) {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => Ok(format),
         // A TGA file may begin with almost anything.
-        _ if is_tga() => Ok(ImageFormat::Tga),
+        _ if may_be_tga => Ok(ImageFormat::Tga),
         _ => Err("it is no PNG, JPEG or TGA file".into()),
     }
 }
@@ -47,11 +46,16 @@ fn read_image(path: &Path) -> std::result::Result<::image::DynamicImage, String>
         Error::Read { source, .. } => source.to_string(),
         error => error.to_string(),
     })?;
-    let format = format(path, &bytes)?;
-    let picture = decode(&bytes, format)?;
+    decode_picture(&bytes, path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tga")))
+}
+
+/// Decodes the bytes of a PNG, JPEG or, if it may be that, TGA file; the message says why it cannot.
+pub fn decode_picture(bytes: &[u8], may_be_tga: bool) -> std::result::Result<::image::DynamicImage, String> {
+    let format = format(bytes, may_be_tga)?;
+    let picture = decode(bytes, format)?;
     // Asked behind the decoder, which knows what sizes are too large.
     if format == ImageFormat::Jpeg
-        && let Some(why) = jpeg::fault(&bytes)
+        && let Some(why) = jpeg::fault(bytes)
     {
         return Err(why.into());
     }

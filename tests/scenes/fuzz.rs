@@ -170,6 +170,13 @@ fn scene(path: &Path) {
     }
 }
 
+fn gltf(path: &Path) {
+    if let Err(error) = SceneDesc::load(path) {
+        let message = error.to_string();
+        assert!(!message.is_empty() && message.len() < 40_000 && !message.contains('\u{1b}'), "{message}");
+    }
+}
+
 fn state(path: &Path) {
     if let Ok(found) = checkpoint::read(path) {
         let film = found.film;
@@ -257,6 +264,18 @@ const TOML: &str = "[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[film]\
                     [[mesh]]\nobj = \"m.obj\"\ntranslate = [0, 0, 0]\n[material.a]\nkind = \"diffuse\"\ntexture = \"a.png\"\n\
                     [environment]\nmap = \"e.pfm\"\n[[camera.key]]\ntime = 0.0\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n";
 
+/// A triangle with a camera, a light and what else a glTF scene may have.
+const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"buffers":[{"byteLength":44,"uri":
+"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIAAAA="}],"bufferViews":[{"buffer":0,"byteLength":36},
+{"buffer":0,"byteOffset":36,"byteLength":6,"byteStride":2}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,
+"type":"VEC3"},{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},{"componentType":5126,"count":3,"type":"VEC2",
+"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":0}}}],"meshes":[{"primitives":[
+{"attributes":{"POSITION":0,"TEXCOORD_0":2},"indices":1,"material":0}]}],"nodes":[{"mesh":0,"camera":0,"children":[2]},
+{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,5,1],"extensions":{"KHR_lights_punctual":{"light":0}}},{"scale":[1,-1,1],"mesh":0}],
+"cameras":[{"type":"perspective","perspective":{"yfov":0.6,"znear":0.1}}],"materials":[{"alphaMode":"MASK",
+"pbrMetallicRoughness":{"roughnessFactor":0.5,"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],"images":[{"uri":
+"a.png"}],"extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{"outerConeAngle":0.5}}]}}}"#;
+
 fn kinds(folder: &Path) -> Vec<Kind> {
     let both = |extension: &str| [own(folder, extension), shared(extension)].concat();
     let text = |text: &str, extension: &str| [vec![text.as_bytes().to_vec()], shared(extension)].concat();
@@ -281,6 +300,8 @@ fn kinds(folder: &Path) -> Vec<Kind> {
         Kind { name: "m.obj", seeds: text(OBJ, "obj"), sealed: false, read: scene },
         Kind { name: "m.mtl", seeds: text(MTL, "mtl"), sealed: false, read: scene },
         Kind { name: "scene.toml", seeds: text(TOML, "toml"), sealed: false, read: scene },
+        Kind { name: "scene.gltf", seeds: text(GLTF, "gltf"), sealed: false, read: gltf },
+        Kind { name: "scene.glb", seeds: text(GLTF, "glb"), sealed: false, read: gltf },
         Kind { name: "a.unfinished", seeds: own(folder, "unfinished"), sealed: true, read: state },
         Kind { name: "a.part", seeds: own(folder, "part"), sealed: true, read: of_render },
     ]

@@ -4,6 +4,7 @@ mod common;
 mod descriptions;
 mod environments;
 mod foreign_images;
+mod gltf;
 mod growth;
 mod instances;
 mod lights;

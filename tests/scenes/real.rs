@@ -208,3 +208,21 @@ fn assert_interior(scene: &PreparedScene, width: u32, height: u32) {
     // Slivers of an aspect beyond 2,000 are out of f32's reach; both buildings have some.
     assert!(again as f64 <= 1e-4 * bounces as f64, "{again} of {bounces}");
 }
+
+/// The glTF scenes: both engines see the same, something is there, and the truck keeps its textures and instances.
+#[test]
+fn gltf_scenes_render_alike_in_both_engines() {
+    for name in ["Box", "BoxTextured", "BoxVertexColors", "CesiumMilkTruck"] {
+        let Some(path) = shared(&format!("gltf/{name}.glb")) else { return };
+        let mut scene = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        scene.desc.film = (48, 48);
+        let (meshes, instances) = (scene.desc.meshes.len(), scene.desc.instances.len());
+        match name {
+            // Wheels are one mesh at two nodes.
+            "CesiumMilkTruck" => assert_eq!((meshes, instances, scene.desc.textures.len()), (4, 5, 1)),
+            _ => assert_eq!(scene.desc.geometry().triangles.len(), 12, "{name}"),
+        }
+        let prepared = scene.prepare().unwrap_or_else(|error| panic!("{error}"));
+        assert_engines_agree(&prepared, &Settings { spp: 4, max_depth: 6, ..scene.settings() });
+    }
+}

@@ -39,7 +39,7 @@ const SCALAR_SPP: u32 = 1;
 #[derive(clap::Args)]
 #[command(after_help = examples::BENCH)]
 pub struct BenchArgs {
-    /// A scene file (.toml), a bare .obj, or builtin:NAME
+    /// A scene file (.toml), a bare .obj, a .gltf or .glb, or builtin:NAME
     #[arg(default_value = "builtin:heavy")]
     scene: PathBuf,
     /// Rounds; each row is their median

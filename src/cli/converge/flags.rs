@@ -10,7 +10,7 @@ use std::time::Duration;
 /// Flags of `octray converge`.
 #[derive(clap::Args)]
 pub struct ConvergeArgs {
-    /// Scene files (.toml), bare .obj files, or builtin:NAME; several make one report
+    /// Scene files (.toml), bare .obj, .gltf or .glb files, or builtin:NAME; several make one report
     #[arg(value_name = "SCENE", required = true)]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]

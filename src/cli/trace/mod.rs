@@ -36,7 +36,7 @@ octray check or by trying --sample 0, 1, 2 ..";
 #[derive(clap::Args)]
 #[command(after_help = format!("{ABOUT}\n\n{}", examples::TRACE))]
 pub struct TraceArgs {
-    /// A scene file (.toml), a bare .obj, builtin:NAME, or check:NAME as `octray check` names its scenes
+    /// A scene file (.toml), a bare .obj, a .gltf or .glb, builtin:NAME, or check:NAME as `octray check` names its scenes
     scene: PathBuf,
     /// The pixel, counted from the top left of the film
     #[arg(long, value_name = "X,Y", value_parser = args::pixel, allow_hyphen_values = true)]
