@@ -223,6 +223,6 @@ fn gltf_scenes_render_alike_in_both_engines() {
             _ => assert_eq!(scene.desc.geometry().triangles.len(), 12, "{name}"),
         }
         let prepared = scene.prepare().unwrap_or_else(|error| panic!("{error}"));
-        assert_engines_agree(&prepared, &Settings { spp: 4, max_depth: 6, ..scene.settings() });
+        assert_engines_agree(&prepared, &Settings { spp: 4, max_depth: Some(6), ..scene.settings() });
     }
 }

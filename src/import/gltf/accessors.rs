@@ -1,6 +1,6 @@
 //! Tables of numbers in a file's buffers (glTF 2.0, section 3.6.2).
 
-use super::File;
+use super::file::File;
 use crate::error::Result;
 use crate::files::memory;
 use gltf::json::accessor::{Accessor, ComponentType, IndexComponentType, Type};

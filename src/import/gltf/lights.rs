@@ -1,6 +1,6 @@
 //! Cameras and KHR_lights_punctual.
 
-use super::File;
+use super::file::File;
 use super::nodes::{Placed, rows};
 use crate::scene::desc::{CameraDesc, DeltaLight, DeltaLightDesc, LightDesc, NamedCamera, SceneDesc};
 use crate::scene::validate::{LEAST_CONE, camera_fault, delta_light_fault};
@@ -14,12 +14,11 @@ use std::collections::HashSet;
 pub fn add_cameras(file: &File<'_>, placed: &[Placed], scene: &mut SceneDesc) {
     let name_of_file = file.path.display();
     let mut names = HashSet::new();
-    for Placed { node, to_world } in placed {
-        let node = &file.root.nodes[*node];
-        let Some(number) = node.camera else { continue };
-        let Some(camera) = file.root.cameras.get(number.value()) else { continue };
-        let mut name = [&node.name, &camera.name].into_iter().flatten().find(|name| !name.is_empty()).cloned();
-        let name = name.get_or_insert_with(|| format!("camera {}", number.value())).clone();
+    for &Placed { node: number, ref to_world } in placed {
+        let node = &file.root.nodes[number];
+        let Some(index) = node.camera.map(|camera| camera.value()) else { continue };
+        let Some(camera) = file.root.cameras.get(index) else { continue };
+        let name = own_name([&node.name, &camera.name]).unwrap_or_else(|| format!("camera {index}"));
         let Some(perspective) = &camera.perspective else {
             scene.warnings.push(format!("{name_of_file}: the camera `{name}` is orthographic, which octray has not"));
             continue;
@@ -41,10 +40,14 @@ pub fn add_cameras(file: &File<'_>, placed: &[Placed], scene: &mut SceneDesc) {
             }
         }
         // Names must tell cameras apart.
-        let unique = (1..).map(|i| if i == 1 { name.clone() } else { format!("{name} {i}") });
-        let name = unique.into_iter().find(|name| names.insert(name.clone())).unwrap_or(name);
+        let name = if names.insert(name.clone()) { name } else { format!("{name} (nodes[{number}])") };
         scene.cameras.push(NamedCamera { name, camera: desc, path: Default::default() });
     }
+}
+
+/// The first name that says anything.
+fn own_name(names: [&Option<String>; 2]) -> Option<String> {
+    names.into_iter().flatten().find(|name| !name.is_empty()).cloned()
 }
 
 /// Where a node stands and how it is turned; cameras do not care for its scale.
@@ -66,8 +69,7 @@ pub fn add_lights(file: &File<'_>, placed: &[Placed], scene: &mut SceneDesc) {
         let extension = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref());
         let Some(number) = extension.map(|extension| extension.light.value()) else { continue };
         let Some(light) = lights.get(number) else { continue };
-        let mut name = [&node.name, &light.name].into_iter().flatten().find(|name| !name.is_empty()).cloned();
-        let name = name.get_or_insert_with(|| format!("light {number}")).clone();
+        let name = own_name([&node.name, &light.name]).unwrap_or_else(|| format!("light {number}"));
         let Some(desc) = delta_light(light, to_world) else { continue };
         if light.range.is_some() {
             scene

@@ -1,6 +1,6 @@
 //! Materials: the metallic-roughness model and what extensions add to it.
 
-use super::File;
+use super::file::File;
 use super::textures::{Placement, decode, image_of};
 use crate::scene::desc::{MaskDesc, MaterialDesc, Scattering, SceneDesc, TextureDesc, TextureUse};
 use crate::scene::warnings::{MOST_LETTERS, shortened};

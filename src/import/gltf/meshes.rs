@@ -1,6 +1,6 @@
 //! Meshes: their primitives, a mesh of ours each.
 
-use super::File;
+use super::file::File;
 use super::materials::{Made, Materials};
 use crate::error::Result;
 use crate::scene::desc::{CornerDesc, MeshDesc, SceneDesc, TriangleDesc};
@@ -8,6 +8,7 @@ use glam::DVec3;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// The meshes that have been met so far, by their numbers in the file: the numbers of their primitives in the scene.
 #[derive(Default)]
@@ -22,22 +23,23 @@ impl Meshes {
         materials: &mut Materials,
         scene: &mut SceneDesc,
     ) -> Result<&[u32]> {
-        if !self.0.contains_key(&index) {
-            let mut numbers = Vec::new();
-            for (i, primitive) in file.root.meshes[index].primitives.iter().enumerate() {
-                let made = materials.get(file, primitive.material.map(|material| material.value()), scene);
-                if made.hidden {
-                    continue;
-                }
-                let reader = Reader { file, primitive, made, place: format!("meshes[{index}].primitives[{i}]") };
-                if let Some(mesh) = reader.read(&mut scene.warnings)? {
-                    numbers.push(scene.meshes.len() as u32);
-                    scene.meshes.push(mesh);
-                }
+        let place = match self.0.entry(index) {
+            Entry::Occupied(known) => return Ok(known.into_mut()),
+            Entry::Vacant(place) => place,
+        };
+        let mut numbers = Vec::new();
+        for (i, primitive) in file.root.meshes[index].primitives.iter().enumerate() {
+            let made = materials.get(file, primitive.material.map(|material| material.value()), scene);
+            if made.hidden {
+                continue;
             }
-            self.0.insert(index, numbers);
+            let reader = Reader { file, primitive, made, place: format!("meshes[{index}].primitives[{i}]") };
+            if let Some(mesh) = reader.read(&mut scene.warnings)? {
+                numbers.push(scene.meshes.len() as u32);
+                scene.meshes.push(mesh);
+            }
         }
-        Ok(&self.0[&index])
+        Ok(place.insert(numbers))
     }
 }
 

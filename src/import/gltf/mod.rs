@@ -7,6 +7,7 @@
 mod accessors;
 mod buffers;
 mod container;
+mod file;
 mod lights;
 mod materials;
 mod meshes;
@@ -16,25 +17,11 @@ mod textures;
 use crate::error::{Error, Result};
 use crate::scene::desc::{InstanceDesc, SceneDesc};
 use buffers::Buffers;
-use gltf::json::Root;
+use file::File;
 use materials::Materials;
 use meshes::Meshes;
 use nodes::Placed;
 use std::path::Path;
-
-/// A file being read.
-struct File<'a> {
-    path: &'a Path,
-    root: Root,
-    buffers: Buffers,
-}
-
-impl File<'_> {
-    /// An error that blames `place`, a path into the JSON.
-    fn fault(&self, place: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
-        Error::parse(self.path, None, format!("{place}: {why}"))
-    }
-}
 
 /// Reads the scene that the file shows by default: meshes, materials, lights and cameras. A file without cameras or lights leaves
 /// both to the caller.

@@ -1,6 +1,6 @@
 //! The tree of nodes, flattened: where each node stands.
 
-use super::File;
+use super::file::File;
 use crate::error::Result;
 use crate::scene::transform::Transform;
 use glam::{DMat4, DQuat, DVec3};

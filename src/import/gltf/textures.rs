@@ -1,7 +1,7 @@
 //! Pictures of a file, and how texture coordinates are placed on them.
 
-use super::File;
 use super::buffers::Uri;
+use super::file::File;
 use crate::files::read;
 use crate::import::pictures::decode_picture;
 use ::image::DynamicImage;

@@ -245,6 +245,10 @@ fn textures_lie_as_the_file_says_and_alpha_cuts_out() {
     assert_eq!(seen(0.9, 1.0), (true, Some(vec![false, false])));
     assert!(!seen(0.2, 1.0).0, "nothing is hidden: no mask");
     assert_eq!(seen(0.2, 0.5), (true, Some(vec![true, false])), "the factor counts");
+    // An image that only an extension knows.
+    let text = r#"{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}"#;
+    let scene = load(&with_material(text, r#""textures": [{"extensions": {"KHR_texture_basisu": {"source": 0}}}],"#));
+    assert!(only_material(&scene).texture.is_none() && has_warning(&scene, "cannot read its base colour texture"));
     // Without a texture the factor alone decides.
     let gone = r#"{"alphaMode": "MASK", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.4]}}"#;
     assert!(refusal(&with_material(gone, "")).contains("no triangles"));
