@@ -4,6 +4,7 @@ use crate::cli::places::{self, first_missing};
 use crate::error::{Error, Result};
 use crate::files::atomic;
 use crate::image::Format;
+use crate::import::SCENE_FILES;
 use crate::shown::escaped;
 use serde::Serialize;
 use std::ffi::OsStr;
@@ -63,7 +64,8 @@ impl JsonArgs {
 /// Whether the file named by `flag` can be written, and is neither scene nor image: a slip must not replace what cannot be had
 /// again.
 pub fn check_json_path(flag: &str, path: &Path) -> Result<()> {
-    let scene = |extension: &OsStr| ["toml", "obj", "mtl"].iter().any(|known| extension.eq_ignore_ascii_case(known));
+    let scene =
+        |extension: &OsStr| SCENE_FILES.iter().chain(&["mtl"]).any(|known| extension.eq_ignore_ascii_case(known));
     let what = match path.extension() {
         Some(extension) if scene(extension) => "a scene file",
         Some(_) if Format::of(path).is_ok() => "an image",

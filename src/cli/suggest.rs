@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::image::check_output_path;
+use crate::import::SCENE_FILES;
 use crate::nearest::close;
 use crate::scene::builtin;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -34,7 +35,7 @@ pub fn tip(error: &clap::Error) -> Option<String> {
         }
         ErrorKind::InvalidSubcommand => {
             let argument = text(ContextKind::InvalidSubcommand)?;
-            let scene = argument.starts_with("builtin:") || has_extension(Path::new(argument), &["toml", "obj"]);
+            let scene = argument.starts_with("builtin:") || has_extension(Path::new(argument), &SCENE_FILES);
             scene.then(|| format!("a command comes first: octray render {argument} -o image.exr"))
         }
         _ => None,
@@ -59,7 +60,7 @@ pub fn with_hint(error: &Error) -> String {
 fn meant(path: &Path) -> Option<String> {
     let shown = |path: PathBuf| Some(path.display().to_string());
     let with_extension = |path: &Path| {
-        let mut forms = ["toml", "obj"].iter().map(|extension| path.with_extension(extension));
+        let mut forms = SCENE_FILES.iter().map(|extension| path.with_extension(extension));
         forms.find(|form| path.extension().is_none() && form.is_file())
     };
     if let Some(found) = with_extension(path).or_else(|| near_file(path)) {
@@ -99,7 +100,7 @@ fn near_file(path: &Path) -> Option<PathBuf> {
     let fits = |name: &String| {
         let found = whole(name);
         let extension = if path.extension().is_none() {
-            has_extension(&found, &["toml", "obj"])
+            has_extension(&found, &SCENE_FILES)
         } else {
             found.extension().map(|e| e.to_ascii_lowercase()) == path.extension().map(|e| e.to_ascii_lowercase())
         };
@@ -129,7 +130,9 @@ mod tests {
     fn files_near_by_are_found() {
         let place = tempfile::tempdir().unwrap();
         fs::create_dir(place.path().join("scenes")).unwrap();
-        for name in ["scenes/cornell.toml", "scenes/cornell.obj", "scenes/sky.toml", "lamp.OBJ", "image.exr"] {
+        for name in
+            ["scenes/cornell.toml", "scenes/cornell.obj", "scenes/sky.toml", "lamp.OBJ", "truck.glb", "image.exr"]
+        {
             fs::write(place.path().join(name), "").unwrap();
         }
         let found = |name: &str| meant(&place.path().join(name));
@@ -142,6 +145,8 @@ mod tests {
             ("scene/cornell.toml", "scenes/cornell.toml"),
             ("lamb.obj", "lamp.OBJ"),
             ("imag.exr", "image.exr"),
+            ("truck", "truck.glb"),
+            ("truc.glb", "truck.glb"),
         ] {
             assert_eq!(found(name), path(wanted), "{name}");
         }
