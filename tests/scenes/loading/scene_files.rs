@@ -225,7 +225,7 @@ fn what_is_not_toml_or_not_there_is_refused() {
     folder.write("mesh.obj", TRIANGLE.as_bytes());
     assert!(folder.load("later.toml").unwrap_err().starts_with("later.toml:4: [[mesh]]: gone.obj: cannot read it: "));
     assert!(folder.load("none.toml").unwrap_err().starts_with("none.toml: cannot read it"));
-    assert!(folder.load("picture.png").unwrap_err().contains("octray reads .toml and .obj"));
+    assert!(folder.load("picture.png").unwrap_err().contains("octray reads .toml, .obj, .gltf and .glb files"));
     folder.write("latin1.toml", b"# one\n# caf\xe9\n");
     assert!(folder.load("latin1.toml").unwrap_err().contains("latin1.toml:2: not UTF-8"));
 }
