@@ -163,14 +163,12 @@ fn image(path: &Path) {
     }
 }
 
-fn scene(path: &Path) {
-    if let Err(error) = SceneDesc::load(path.with_file_name("scene.toml")) {
-        let message = error.to_string();
-        assert!(!message.is_empty() && message.len() < 40_000 && !message.contains('\u{1b}'), "{message}");
-    }
+/// A file of the scene beside it.
+fn of_scene(path: &Path) {
+    scene(&path.with_file_name("scene.toml"));
 }
 
-fn gltf(path: &Path) {
+fn scene(path: &Path) {
     if let Err(error) = SceneDesc::load(path) {
         let message = error.to_string();
         assert!(!message.is_empty() && message.len() < 40_000 && !message.contains('\u{1b}'), "{message}");
@@ -295,13 +293,13 @@ fn kinds(folder: &Path) -> Vec<Kind> {
             name: "a.png",
             seeds: [vec![jpeg], shared("jpg"), own(folder, "png")].concat(),
             sealed: false,
-            read: scene,
+            read: of_scene,
         },
-        Kind { name: "m.obj", seeds: text(OBJ, "obj"), sealed: false, read: scene },
-        Kind { name: "m.mtl", seeds: text(MTL, "mtl"), sealed: false, read: scene },
-        Kind { name: "scene.toml", seeds: text(TOML, "toml"), sealed: false, read: scene },
-        Kind { name: "scene.gltf", seeds: text(GLTF, "gltf"), sealed: false, read: gltf },
-        Kind { name: "scene.glb", seeds: text(GLTF, "glb"), sealed: false, read: gltf },
+        Kind { name: "m.obj", seeds: text(OBJ, "obj"), sealed: false, read: of_scene },
+        Kind { name: "m.mtl", seeds: text(MTL, "mtl"), sealed: false, read: of_scene },
+        Kind { name: "scene.toml", seeds: text(TOML, "toml"), sealed: false, read: of_scene },
+        Kind { name: "scene.gltf", seeds: text(GLTF, "gltf"), sealed: false, read: scene },
+        Kind { name: "scene.glb", seeds: text(GLTF, "glb"), sealed: false, read: scene },
         Kind { name: "a.unfinished", seeds: own(folder, "unfinished"), sealed: true, read: state },
         Kind { name: "a.part", seeds: own(folder, "part"), sealed: true, read: of_render },
     ]
