@@ -7,7 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::json::{Index, Root, buffer};
 use percent_encoding::percent_decode_str;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The buffers of a file, in their order.
 pub struct Buffers(Vec<Vec<u8>>);
@@ -19,10 +19,7 @@ impl Buffers {
         for (i, buffer) in root.buffers.iter().enumerate() {
             let fault = |why: String| Error::parse(path, None, format!("buffers[{i}]: {why}"));
             let bytes = match &buffer.uri {
-                Some(uri) => match Uri::read(path, uri).map_err(&fault)? {
-                    Uri::Data(bytes) => bytes,
-                    Uri::File(file) => read::bytes(&file).map_err(|why| fault(why.to_string()))?,
-                },
+                Some(uri) => bytes_at(path, uri).map_err(&fault)?,
                 None => data.take().ok_or_else(|| fault("it names no file, and no data follow the JSON".into()))?,
             };
             let (has, wants) = (bytes.len() as u64, buffer.byte_length.0);
@@ -49,34 +46,23 @@ impl Buffers {
     }
 }
 
-/// Where data are.
-pub enum Uri {
-    /// Here: they stood in the text.
-    Data(Vec<u8>),
-    /// In this file.
-    File(PathBuf),
-}
-
-impl Uri {
-    /// What `uri` of the file `path` says; the message says why nothing can be read there.
-    pub fn read(path: &Path, uri: &str) -> std::result::Result<Uri, String> {
-        if let Some((kind, text)) = uri.strip_prefix("data:").and_then(|rest| rest.split_once(',')) {
-            let bytes = match kind.ends_with(";base64") {
-                true => STANDARD.decode(text).map_err(|why| format!("its data are not base64: {why}"))?,
-                false => percent_decode_str(text).collect(),
-            };
-            return Ok(Uri::Data(bytes));
-        }
-        let name = percent_decode_str(uri).decode_utf8_lossy();
-        if names::has_control(&name) {
-            return Err(format!("`{name}`: {}", names::CONTROL));
-        }
-        if name.contains("://") {
-            return Err(format!("`{name}` is not a file beside the scene: octray reads nothing from the network"));
-        }
-        let folder = path.with_file_name("");
-        // Writers that do not escape names may well have `%` in one.
-        let file = [folder.join(&*name), folder.join(uri)].into_iter().find(|file| file.exists());
-        Ok(Uri::File(file.unwrap_or_else(|| folder.join(&*name))))
+/// The bytes at `uri` of the file `path`, in the address itself or in a file; the message says why there are none.
+pub fn bytes_at(path: &Path, uri: &str) -> std::result::Result<Vec<u8>, String> {
+    if let Some((kind, text)) = uri.strip_prefix("data:").and_then(|rest| rest.split_once(',')) {
+        return match kind.ends_with(";base64") {
+            true => STANDARD.decode(text).map_err(|why| format!("its data are not base64: {why}")),
+            false => Ok(percent_decode_str(text).collect()),
+        };
     }
+    let name = percent_decode_str(uri).decode_utf8_lossy();
+    if names::has_control(&name) {
+        return Err(format!("`{name}`: {}", names::CONTROL));
+    }
+    if name.contains("://") {
+        return Err(format!("`{name}` is not a file beside the scene: octray reads nothing from the network"));
+    }
+    let folder = path.with_file_name("");
+    // Writers that do not escape names may well have `%` in one.
+    let file = [folder.join(&*name), folder.join(uri)].into_iter().find(|file| file.exists());
+    read::bytes(&file.unwrap_or_else(|| folder.join(&*name))).map_err(|why| why.to_string())
 }

@@ -1,8 +1,7 @@
 //! Pictures of a file, and how texture coordinates are placed on them.
 
-use super::buffers::Uri;
+use super::buffers::bytes_at;
 use super::file::File;
-use crate::files::read;
 use crate::import::pictures::decode_picture;
 use ::image::DynamicImage;
 use gltf::json::texture::{Info, Texture, WrappingMode};
@@ -73,13 +72,7 @@ pub fn decode(file: &File<'_>, number: usize) -> std::result::Result<DynamicImag
     let Image { buffer_view, uri, .. } = &file.root.images[number];
     match (buffer_view, uri) {
         (Some(view), _) => decode_picture(file.buffers.view(&file.root, *view)?.0, false),
-        (None, Some(uri)) => match Uri::read(file.path, uri)? {
-            Uri::Data(bytes) => decode_picture(&bytes, false),
-            Uri::File(path) => {
-                let bytes = read::bytes(&path).map_err(|why| why.to_string())?;
-                decode_picture(&bytes, false)
-            }
-        },
+        (None, Some(uri)) => decode_picture(&bytes_at(file.path, uri)?, false),
         (None, None) => Err("it names no data".into()),
     }
 }
